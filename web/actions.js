@@ -1,0 +1,72 @@
+/** What can be done with a job, by its state. */
+
+import { change, remove, retry } from "./api.js";
+import { element } from "./dom.js";
+
+const CANCEL = { label: "Cancel", run: remove };
+const PAUSE = { label: "Pause", run: (id) => change(id, { state: "paused" }) };
+const RESUME = { label: "Resume", run: (id) => change(id, { state: "queued" }), primary: true };
+const RETRY = { label: "Retry", run: retry, primary: true };
+const DELETE = { label: "Delete", run: remove, deletes: true };
+
+const ACTIONS = {
+  queued: [PAUSE, CANCEL],
+  running: [PAUSE, CANCEL],
+  paused: [RESUME, CANCEL],
+  done: [DELETE],
+  failed: [RETRY, DELETE],
+  cancelled: [RETRY, DELETE],
+};
+
+/**
+ * The buttons of one job: {element, set(state)}. onDone(deleted) runs after the server has agreed,
+ * onFault(error) when it has not.
+ */
+export function actionBar(id, { onDone, onFault }) {
+  const bar = element("div", { class: "actions", role: "group", "aria-label": "Actions" });
+  let shown = null;
+
+  async function run(action) {
+    if (action.deletes && !(await confirmed(bar))) return;
+    for (const button of bar.querySelectorAll(":scope > button")) button.disabled = true;
+    try {
+      await action.run(id);
+      onDone(action.deletes === true);
+    } catch (error) {
+      onFault(error);
+    } finally {
+      for (const button of bar.querySelectorAll(":scope > button")) button.disabled = false;
+    }
+  }
+
+  return {
+    element: bar,
+    set(state) {
+      if (state === shown) return;
+      shown = state;
+      const focused = bar.contains(document.activeElement);
+      bar.replaceChildren(...ACTIONS[state].map((action) => element("button", {
+        type: "button", class: action.primary ? "primary" : action.deletes ? "danger" : null, onclick: () => run(action),
+      }, action.label)));
+      if (focused) bar.querySelector("button")?.focus();
+    },
+  };
+}
+
+/** Asks before a picture is deleted for good. Escape keeps it. */
+function confirmed(place) {
+  return new Promise((resolve) => {
+    const dialog = element("dialog", { "aria-labelledby": "delete-title" },
+      element("h2", { id: "delete-title" }, "Delete this job?"),
+      element("p", {}, "Its picture, curve and statistics are deleted with it. This cannot be undone."),
+      element("div", { class: "actions" },
+        element("button", { type: "button", autofocus: true, onclick: () => dialog.close("keep") }, "Keep"),
+        element("button", { type: "button", class: "danger", onclick: () => dialog.close("delete") }, "Delete")));
+    dialog.addEventListener("close", () => {
+      resolve(dialog.returnValue === "delete");
+      dialog.remove();
+    }, { once: true });
+    place.append(dialog);
+    dialog.showModal();
+  });
+}

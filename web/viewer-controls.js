@@ -1,0 +1,45 @@
+/** What stands under the picture: exposure, tone, size, and the files to keep. */
+
+import { element, setText } from "./dom.js";
+
+const LIMIT = 8; // stops
+
+export function viewerControls(viewer, job) {
+  const value = element("output", { for: "exposure" });
+  const exposure = element("input", { id: "exposure", type: "range", min: -LIMIT, max: LIMIT, step: 0.1, value: 0, oninput: apply });
+  const tone = element("select", { id: "tone", onchange: apply },
+    element("option", { value: "clip" }, "sRGB, as the PNG"),
+    element("option", { value: "compress" }, "Compress highlights"));
+  const reset = element("button", { type: "button", onclick: () => { exposure.value = 0; tone.value = "clip"; apply(); } }, "Reset");
+  const size = element("button", { type: "button", "aria-pressed": "false", onclick: resize }, "Actual size");
+
+  function apply() {
+    const stops = Number(exposure.value);
+    setText(value, `${stops > 0 ? "+" : ""}${stops.toFixed(1)} EV`);
+    viewer.setTone(stops, tone.value);
+  }
+
+  function resize() {
+    const actual = viewer.canvas.classList.toggle("actual");
+    size.setAttribute("aria-pressed", String(actual));
+  }
+
+  apply();
+  return element("div", {},
+    element("div", { class: "controls" },
+      element("span", { class: "pair" }, element("label", { for: "exposure" }, "Exposure"), exposure, value),
+      element("span", { class: "pair" }, element("label", { for: "tone" }, "Tone"), tone),
+      element("span", { class: "pair" }, reset, size)),
+    element("p", { class: "downloads" }, "Download ",
+      ...files(job).map(([label, address, name]) => element("a", { class: "button", href: address, download: name }, label))));
+}
+
+function files(job) {
+  const name = (job.name || job.id).replace(/[^\p{L}\p{N}._-]+/gu, "-");
+  return [
+    ["PNG", job.links.image, `${name}.png`],
+    ["EXR", job.links.exr, `${name}.exr`],
+    ["Statistics", job.links.stats, `${name}-stats.json`],
+    ["Curve", job.links.curve, `${name}-curve.json`],
+  ];
+}
