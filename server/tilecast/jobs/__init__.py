@@ -1,0 +1,1 @@
+"""Jobs: what the service does with scenes, apart from HTTP. See `manager.Manager`."""

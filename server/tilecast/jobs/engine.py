@@ -1,0 +1,166 @@
+"""Where chunks run: Dask. A cluster of our own on this machine by default, or a running one by its address.
+
+Our own is one worker process, with a thread a core, under a nanny that starts it anew when it dies; it listens on the
+loopback interface alone. Dask runs whatever it is sent: only trusted users may reach a scheduler.
+
+`Engine` is a `concurrent.futures.Executor`. What the dispatcher has to know is simple: a future ends with a result, with
+what the function raised, or with `distributed.KilledWorker` where the worker process died. A lost connection is no
+failure: what was under way is sent again when it is back.
+"""
+
+import os
+import threading
+from collections.abc import Callable
+from concurrent.futures import CancelledError, Executor, Future
+from pathlib import Path
+
+import dask
+import structlog
+from distributed import Client, KilledWorker, LocalCluster, Nanny
+
+__all__ = ["Engine", "KilledWorker"]
+
+log = structlog.get_logger()
+
+_WATCH_SECONDS = 1.0
+_NANNY_GIVEN_UP_SECONDS = 15.0
+_LOCAL_SETTINGS = {
+    # The dispatcher decides what becomes of the victims of a dead worker, and hears of it at once.
+    "distributed.scheduler.allowed-failures": 0,
+    # Compiled scenes cannot be spilled, and a worker that pauses for its memory would never go on.
+    "distributed.worker.memory.target": False,
+    "distributed.worker.memory.spill": False,
+    "distributed.worker.memory.pause": False,
+    "distributed.worker.memory.terminate": 0.95,
+    "distributed.deploy.lost-worker-timeout": "5s",
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.tick.limit": "30s",
+}
+_PRELOAD = "tilecast.jobs.worker"
+
+
+class Engine(Executor):
+    """Runs functions on the workers of a Dask cluster."""
+
+    def __init__(self, scheduler: str | None, threads: int | None, folder: Path):
+        """Start a cluster with `threads` threads (default: a thread a core), or connect to the one at `scheduler`.
+
+        `folder` is for Dask's scratch files. Raises `OSError` where the scheduler does not answer.
+        """
+        self._address = scheduler
+        self._threads = threads or os.cpu_count() or 1
+        self._folder = folder
+        self._lock = threading.Lock()
+        self._waiting: list[Callable[[], None]] = []
+        self._closing = threading.Event()
+        self._cluster = self._start_cluster() if scheduler is None else None
+        self._client = self._connect()
+        self._executor = self._client.get_executor(pure=False)
+        self._watch = threading.Thread(target=self._watch_cluster, name="engine-watch", daemon=True)
+        self._watch.start()
+
+    def submit(self, function, /, *args, priority: int = 0, **kwargs) -> Future:
+        """Run `function` on a worker. A higher `priority` overtakes what waits in the cluster."""
+        outer: Future = Future()
+
+        def send() -> None:
+            try:
+                inner = self._executor.submit(function, *args, priority=priority, **kwargs)
+            except Exception:
+                # The client was closed under our feet; the watch makes another one.
+                log.warning("engine_unreachable", exc_info=True)
+                self._wait(send)
+            else:
+                inner.add_done_callback(settle)
+
+        def settle(inner: Future) -> None:
+            try:
+                error = inner.exception()
+            except CancelledError:
+                self._wait(send)
+                return
+            if not outer.set_running_or_notify_cancel():
+                return
+            if error is None:
+                outer.set_result(inner.result())
+            else:
+                outer.set_exception(error)
+
+        send()
+        return outer
+
+    def workers(self) -> dict[str, int]:
+        """The workers that are up: address -> threads."""
+        workers = self._client.scheduler_info(n_workers=-1).get("workers", {})
+        return {address: worker["nthreads"] for address, worker in workers.items()}
+
+    def slots(self) -> int:
+        """How many chunks can run at once (of our own cluster: once its worker is up)."""
+        return self._threads if self._cluster else max(1, sum(self.workers().values()))
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Stop. Our own cluster ends with its worker process; what was under way is lost."""
+        if self._closing.is_set():
+            return
+        self._closing.set()
+        self._watch.join()
+        self._client.close(timeout=5)
+        if self._cluster is not None:
+            self._cluster.close(timeout=10)
+
+    def _wait(self, send: Callable[[], None]) -> None:
+        if not self._closing.is_set():
+            with self._lock:
+                self._waiting.append(send)
+
+    def _start_cluster(self) -> LocalCluster:
+        dask.config.set(_LOCAL_SETTINGS)
+        preload = [_PRELOAD, *dask.config.get("distributed.worker.preload", [])]
+        return LocalCluster(
+            n_workers=1,
+            threads_per_worker=self._threads,
+            worker_class=Nanny,
+            host="127.0.0.1",
+            dashboard_address=None,
+            local_directory=str(self._folder),
+            preload=preload,
+            preload_argv=[[] for _ in preload],
+        )
+
+    def _connect(self) -> Client:
+        client = Client(self._cluster or self._address, set_as_default=False, name="tilecast")
+        if self._cluster is None:
+            allowed = client.run_on_scheduler(lambda dask_scheduler: dask_scheduler.allowed_failures)
+            if allowed != 0:
+                log.warning(
+                    "scheduler_repeats_crashes",
+                    allowed_failures=allowed,
+                    advice="start the scheduler with DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES=0, "
+                    "so that a scene that crashes its worker is found out at once",
+                )
+        return client
+
+    def _watch_cluster(self) -> None:
+        """Send again what a lost connection left behind, and raise a cluster whose nanny gave up."""
+        empty = 0.0
+        while not self._closing.wait(_WATCH_SECONDS):
+            try:
+                if self._client.status in ("closed", "closing"):
+                    self._client = self._connect()
+                    self._executor = self._client.get_executor(pure=False)
+                if self._client.status == "running":
+                    self._resend()
+                empty = 0.0 if self._cluster is None or self.workers() else empty + _WATCH_SECONDS
+                if empty > _NANNY_GIVEN_UP_SECONDS:
+                    log.warning("worker_missing", seconds=empty)
+                    self._cluster.scale(0)
+                    self._cluster.scale(1)
+                    empty = 0.0
+            except Exception:
+                log.warning("engine_watch_failed", exc_info=True)
+
+    def _resend(self) -> None:
+        with self._lock:
+            waiting, self._waiting = self._waiting, []
+        for send in waiting:
+            send()
