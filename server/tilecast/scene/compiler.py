@@ -1,0 +1,242 @@
+"""From a checked scene to the core's: loads the meshes, hands every object over once, and places it."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from . import checks, files, meshes, schema, transforms
+from .errors import SceneError
+from .files import OpenFile
+from .paths import text
+
+Path = checks.Path
+
+_INHERIT = -1  # the material of a placement that names none
+_GREY = schema.Diffuse(type="diffuse")  # the material of what has none at all
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """A scene that is ready to be rendered, or to be asked about rays. Immutable; threads may share it."""
+
+    scene: _core.Scene
+    document: schema.Scene
+    seconds: dict[str, float]
+    """Wall time: "load" (reading mesh files) and "compile" (all else)."""
+
+    @property
+    def closest(self) -> Callable[..., Any]:
+        """closest(origins, directions, t_min=0, t_max=inf): the first hit of each ray; float64 [n, 3] each."""
+        return self.scene.closest
+
+    @property
+    def occluded(self) -> Callable[..., Any]:
+        """occluded(origins, directions, t_max=inf): whether each ray hits anything; bool [n]."""
+        return self.scene.occluded
+
+    @property
+    def crossings(self) -> Callable[..., Any]:
+        """crossings(origins, directions): all entries and exits along each whole line, sorted."""
+        return self.scene.crossings
+
+    def facts(self) -> dict[str, Any]:
+        """What the statistics of a job say about its scene, as plain JSON values."""
+        used = list(self.scene.features)
+        return {"seconds": dict(self.seconds),
+                "accelerator": dict(self.scene.accelerator),
+                "features": {"used": used, "left_out": [name for name in _core.FEATURES if name not in used]},
+                "kernel": self.scene.kernel,
+                "primitives": self.scene.primitives}
+
+
+def compile(scene: schema.Scene, open_file: OpenFile) -> Compiled:
+    """Builds the immutable core scene. `open_file` gives the bytes of a mesh file (see `folder_opener`); the errors of
+    files, meshes and geometry are SceneErrors at the object that they belong to."""
+    start = time.perf_counter()
+    work = _Compiler(scene, open_file)
+    core = work.run()
+    seconds = {"load": work.load_seconds, "compile": time.perf_counter() - start - work.load_seconds}
+    return Compiled(core, scene, seconds)
+
+
+@contextlib.contextmanager
+def _at(path: Path) -> Iterator[None]:
+    """Errors of the core become errors at `path`."""
+    try:
+        yield
+    except _core.Error as error:
+        raise SceneError(path, str(error)) from None
+
+
+@dataclass(frozen=True)
+class _Placed:
+    """An object that the core has, with the transform and material that belong to it."""
+    handle: int
+    matrix: np.ndarray
+    material: int
+
+
+class _Compiler:
+    def __init__(self, scene: schema.Scene, open_file: OpenFile):
+        self.scene = scene
+        self.open_file = open_file
+        self.builder = _core.SceneBuilder()
+        self.load_seconds = 0.0
+        self.named: dict[str, _Placed] = {}
+        self.materials: dict[str, int] = {}
+        self.files: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+
+    def run(self) -> _core.Scene:
+        scene, builder = self.scene, self.builder
+        lights = [(("lights", index), light) for index, light in enumerate(scene.lights)]
+        area = [(path, light) for path, light in lights if isinstance(light, schema.AreaLight)]
+        seen = [(("scene", index), node) for index, node in enumerate(scene.scene)]
+        for name in self._needed([*seen, *area]):
+            path = ("objects", name)
+            self.named[name] = self._place([(path, scene.objects[name])])[0]
+
+        placed = self._place([*seen, *area])
+        materials = [node.material for node in placed[:len(seen)]] + [self._shine(light) for _, light in area]
+        grey = self._material(("scene",), _GREY)
+        with _at(()):
+            root = builder.group(*_arrays(placed, [grey if m == _INHERIT else m for m in materials]),
+                                 accelerator=scene.render.accelerator)
+        for path, light in lights:
+            if isinstance(light, schema.PointLight):
+                with _at(path):
+                    builder.point_light(light.position, light.intensity)
+        with _at(("background",)):
+            builder.background(scene.background)
+        camera, image = scene.camera, scene.image
+        with _at(("camera",)):
+            builder.perspective(camera.position, camera.target, camera.up, camera.fov, image.width, image.height)
+        settings = scene.render
+        with _at(()):
+            return builder.build(root, integrator=settings.integrator, max_depth=settings.max_depth,
+                                 seed=settings.seed, next_event=settings.next_event)
+
+    def _needed(self, roots: Sequence[tuple[Path, Any]]) -> list[str]:
+        """The names that `roots` use, each after all that it uses itself. Without recursion: chains may be long."""
+        order: list[str] = []
+        started: set[str] = set()
+        stack = [(name, False) for path, node in reversed(roots) for _, name in checks.uses(path, node)]
+        while stack:
+            name, ready = stack.pop()
+            if ready:
+                order.append(name)
+            elif name not in started:
+                started.add(name)
+                stack.append((name, True))
+                stack.extend((inner, False) for _, inner in checks.uses(("objects", name), self.scene.objects[name]))
+        return order
+
+    def _place(self, nodes: Sequence[tuple[Path, Any]]) -> list[_Placed]:
+        """Compiles placements (references, objects in place, area lights), all their transforms at once. A reference's
+        transform comes after its object's own; of the two materials the object's own, the inner one, counts."""
+        inner = [self._inner(path, node) for path, node in nodes]
+        matrices = transforms.matrices([node.transform for _, node in nodes])
+        combined = transforms.product(matrices, np.array([found.matrix for found in inner]).reshape(-1, 4, 4))
+        for index, message in transforms.problems(combined):
+            raise SceneError((*nodes[index][0], "transform"), f"with those of the object that it places: {message}")
+        return [_Placed(found.handle, matrix, found.material if found.material != _INHERIT else self._own(path, node))
+                for (path, node), found, matrix in zip(nodes, inner, combined)]
+
+    def _own(self, path: Path, node: Any) -> int:
+        material = getattr(node, "material", None)  # an area light has none here
+        return _INHERIT if material is None else self._material((*path, "material"), material)
+
+    def _inner(self, path: Path, node: Any) -> _Placed:
+        """What a node places, before its own transform."""
+        if not isinstance(node, (schema.Reference, schema.AreaLight)):
+            return _Placed(self._object(path, node), _IDENTITY, _INHERIT)
+        if isinstance(node.object, str):
+            return self.named[node.object]
+        return self._place([((*path, "object"), node.object)])[0]
+
+    def _object(self, path: Path, node: Any) -> int:
+        """Hands one object to the core; its handle."""
+        builder, accelerator = self.builder, getattr(node, "accelerator", None) or self.scene.render.accelerator
+        match node:
+            case schema.Mesh():
+                vertices, faces = self._mesh(path, node)
+                with _at(path):
+                    return builder.mesh(vertices, faces, accelerator=accelerator)
+            case schema.Group():
+                arrays = _arrays(placed := self._operands(path, node), [child.material for child in placed])
+                with _at(path):
+                    return builder.group(*arrays, accelerator=accelerator)
+            case schema.Union_() | schema.Intersection() | schema.Difference():
+                arrays = _arrays(placed := self._operands(path, node), [child.material for child in placed])
+                with _at(path):
+                    return builder.csg(node.type, *arrays)
+        with _at(path):
+            match node:
+                case schema.Sphere():
+                    return builder.sphere(node.radius)
+                case schema.Box():
+                    return builder.box(node.min, node.max)
+                case schema.Cylinder():
+                    return builder.cylinder(node.radius, node.height)
+                case schema.Rectangle():
+                    return builder.rectangle(*node.size)
+        raise TypeError(f"no way to compile a {type(node).__name__}")
+
+    def _operands(self, path: Path, node: Any) -> list[_Placed]:
+        return self._place([((*path, "of", index), child) for index, child in enumerate(node.of)])
+
+    def _mesh(self, path: Path, node: schema.Mesh) -> tuple[np.ndarray, np.ndarray]:
+        if node.file is None:
+            return np.array(node.vertices, np.float64).reshape(-1, 3), np.array(node.faces, np.uint32).reshape(-1, 3)
+        if node.file not in self.files:
+            start = time.perf_counter()
+            where = text((*path, "file"))
+            data = files.read_file(self.open_file, node.file, where)
+            try:
+                self.files[node.file] = meshes.load(data, node.file)
+            except SceneError as error:
+                raise SceneError(where, error.message) from None
+            self.load_seconds += time.perf_counter() - start
+        return self.files[node.file]
+
+    def _material(self, path: Path, material: str | schema.Material) -> int:
+        """The handle of a material: by its name, or by its content where it stands in place."""
+        if isinstance(material, str):
+            key, path, material = "name " + material, ("materials", material), self.scene.materials[material]
+        else:
+            key = material.model_dump_json()
+        if key not in self.materials:
+            settings = {"emission": material.emission}
+            reflectance = getattr(material, "reflectance", None)
+            with _at(path):
+                if isinstance(reflectance, schema.Checker):
+                    settings["texture"] = self.builder.checker(reflectance.even, reflectance.odd, reflectance.size)
+                elif reflectance is not None:
+                    settings["reflectance"] = reflectance
+                if isinstance(material, schema.Conductor):
+                    settings["roughness"] = material.roughness
+                if isinstance(material, schema.Dielectric):
+                    settings |= {"ior": material.ior, "absorption": material.absorption}
+                self.materials[key] = self.builder.material(material.type, **settings)
+        return self.materials[key]
+
+    def _shine(self, light: schema.AreaLight) -> int:
+        """The material of an area light: black, and it emits."""
+        black = schema.Diffuse(type="diffuse", reflectance=[0.0, 0.0, 0.0], emission=light.radiance)
+        return self._material(("lights",), black)
+
+
+_IDENTITY = np.eye(4)
+
+
+def _arrays(placed: Sequence[_Placed], materials: Sequence[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Placements as the core takes them: int32 [n], float64 [n, 4, 4], int32 [n]."""
+    return (np.array([node.handle for node in placed], np.int32),
+            np.array([node.matrix for node in placed], np.float64).reshape(-1, 4, 4),
+            np.array(materials, np.int32))

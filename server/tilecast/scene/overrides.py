@@ -1,0 +1,55 @@
+"""Settings given apart from the scene: `render.samples=16`."""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Iterable
+from typing import Any
+
+from . import messages, paths
+from .errors import SceneError
+
+
+def override(document: dict[str, Any], settings: Iterable[str]) -> dict[str, Any]:
+    """A copy of the JSON document with each KEY=VALUE put in place, in order. KEY is a JSON path; objects on the way
+    that are not there are made. VALUE is JSON, or else stands for itself as a text."""
+    if settings := list(settings):
+        document = copy.deepcopy(document)
+    for setting in settings:
+        key, equals, value = setting.partition("=")
+        if not equals:
+            raise SceneError("", f"the setting {setting!r} must be KEY=VALUE, as in render.samples=16")
+        try:
+            parts = paths.parse(key.strip())
+        except ValueError as error:
+            raise SceneError("", f"the setting {setting!r}: {error}") from None
+        _put(document, parts, _value(value))
+    return document
+
+
+def _value(text: str) -> Any:
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return text
+
+
+def _put(document: Any, parts: list[paths.Part], value: Any) -> None:
+    here = document
+    for at, part in enumerate(parts):
+        path, last = parts[:at + 1], at == len(parts) - 1
+        if isinstance(part, int):
+            if not isinstance(here, list) or part >= len(here):
+                size = f"a list of {len(here)}" if isinstance(here, list) else messages.shown(here)
+                raise SceneError(path, f"cannot be set: {paths.text(parts[:at]) or 'the scene'} is {size}")
+        elif not isinstance(here, dict):
+            raise SceneError(path, f"cannot be set: {paths.text(parts[:at])} is {messages.shown(here)}")
+        if last:
+            here[part] = value
+        elif isinstance(part, int):
+            here = here[part]
+        else:
+            if here.get(part) is None:
+                here[part] = {}
+            here = here[part]
