@@ -56,11 +56,12 @@ class Compiled:
                 "primitives": self.scene.primitives}
 
 
-def compile(scene: schema.Scene, open_file: OpenFile) -> Compiled:
+def compile(scene: schema.Scene, open_file: OpenFile, max_triangles: int | None = None) -> Compiled:
     """Builds the immutable core scene. `open_file` gives the bytes of a mesh file (see `folder_opener`); the errors of
-    files, meshes and geometry are SceneErrors at the object that they belong to."""
+    files, meshes and geometry are SceneErrors at the object that they belong to. `max_triangles`: how many all meshes
+    may have together, before instances multiply them."""
     start = time.perf_counter()
-    work = _Compiler(scene, open_file)
+    work = _Compiler(scene, open_file, max_triangles)
     core = work.run()
     seconds = {"load": work.load_seconds, "compile": time.perf_counter() - start - work.load_seconds}
     return Compiled(core, scene, seconds)
@@ -84,9 +85,11 @@ class _Placed:
 
 
 class _Compiler:
-    def __init__(self, scene: schema.Scene, open_file: OpenFile):
+    def __init__(self, scene: schema.Scene, open_file: OpenFile, max_triangles: int | None):
         self.scene = scene
         self.open_file = open_file
+        self.max_triangles = max_triangles
+        self.triangles = 0
         self.builder = _core.SceneBuilder()
         self.load_seconds = 0.0
         self.named: dict[str, _Placed] = {}
@@ -166,6 +169,10 @@ class _Compiler:
         match node:
             case schema.Mesh():
                 vertices, faces = self._mesh(path, node)
+                self.triangles += len(faces)
+                if self.max_triangles is not None and self.triangles > self.max_triangles:
+                    raise SceneError(path, f"brings the scene to {self.triangles:,} triangles, more than the "
+                                           f"{self.max_triangles:,} that are allowed here")
                 with _at(path):
                     return builder.mesh(vertices, faces, accelerator=accelerator)
             case schema.Group():
