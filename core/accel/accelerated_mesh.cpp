@@ -1,0 +1,22 @@
+#include "accel/accelerated_mesh.h"
+
+namespace tilecast {
+
+AcceleratedMesh::AcceleratedMesh(Mesh mesh, std::string_view accelerator) : mesh_(std::move(mesh)) {
+  std::vector<FrameBox> boxes;
+  boxes.reserve(mesh_.faces.size());
+  for (uint32_t i = 0; i < mesh_.faces.size(); ++i) {
+    Triangle t = mesh_.triangle(i);
+    FrameBox box;
+    for (int k = 0; k < 3; ++k) {
+      box.lo[k] = std::min({t.a[k], t.b[k], t.c[k]}) - kBoxPadding;
+      box.hi[k] = std::max({t.a[k], t.b[k], t.c[k]}) + kBoxPadding;
+    }
+    boxes.push_back(box);
+  }
+  accelerator_ = Accelerator::build(accelerator, boxes);
+  triangles_.reserve(boxes.size());
+  for (uint32_t face : accelerator_.order()) triangles_.push_back(mesh_.triangle(face));
+}
+
+}  // namespace tilecast

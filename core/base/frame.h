@@ -1,0 +1,100 @@
+// Float coordinates in which nothing overflows, underflows or loses its place.
+//
+// A Frame moves its content about the origin and scales it by a power of two (exactly) so that it fits [-1, 1]^3.
+// Vertices lie on a grid of 2^-36 there. A ray is carried in double, and only its part near the content is rounded to
+// float: the origin becomes the point closest to the frame's centre, the direction gets its largest component into
+// [1, 2). Then, for every vertex and every ray, products of two sheared coordinates are multiples of 2^-144, inside
+// the range of float (2^-149), and the determinants of base/exact.h have exact signs. A scene scaled by 2^k gives the
+// same floats.
+//
+// kBoxPadding covers, in units of the frame, what separates a box test in float from the intersection in double:
+// rounding of the slab test (12 u), of the ray (6 u) and of the shear (6 u), u = 2^-24. Boxes padded by it never cull
+// a triangle that the triangle test accepts (compare Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013).
+#pragma once
+
+#include "base/box.h"
+#include "base/ray.h"
+
+namespace tilecast {
+
+inline constexpr float kBoxPadding = 0x1p-19f;
+inline constexpr double kGrid = 0x1p-36;
+
+// Rounds to a multiple of 2^-36, then to float.
+inline float to_grid(double x) { return static_cast<float>(std::nearbyint(x / kGrid) * kGrid); }
+
+struct Frame {
+  Vec3 centre{0.0};
+  double scale = 1.0;  // metres per unit, a power of two
+
+  static Frame around(const Box& box) {
+    Frame frame;
+    if (box.empty()) return frame;
+    frame.centre = box.centre();
+    double half = std::max(max_abs(box.hi - frame.centre), max_abs(box.lo - frame.centre));
+    if (half > 0.0 && std::isfinite(half)) frame.scale = std::ldexp(1.0, std::ilogb(half) + 1);
+    frame.scale = std::clamp(frame.scale, 0x1p-1000, 0x1p1000);
+    return frame;
+  }
+
+  Vec3 to_frame(const Vec3& p) const { return (p - centre) / scale; }
+  Vec3 from_frame(const Vec3& p) const { return centre + scale * p; }
+};
+
+// The line of a ray in a frame, in double and rounded to float. Parameters: t of the ray = (t_start + s) * t_scale,
+// where s counts from the point closest to the frame's centre.
+struct FrameRay {
+  float origin[3], direction[3], reciprocal[3];
+  int x, y, z;            // z: the largest component of the direction; x, y keep the winding
+  float shear_x, shear_y;
+  Vec3 origin64, direction64;  // before rounding
+  double shear_x64, shear_y64;
+  double t_start, t_scale;
+
+  // The ray's t as a parameter s, rounded up to float.
+  float s_above(double t) const {
+    double s = t / t_scale - t_start;
+    float rounded = static_cast<float>(s);
+    return rounded < s ? std::nextafter(rounded, std::numeric_limits<float>::infinity()) : rounded;
+  }
+  float s_below(double t) const {
+    double s = t / t_scale - t_start;
+    float rounded = static_cast<float>(s);
+    return rounded > s ? std::nextafter(rounded, -std::numeric_limits<float>::infinity()) : rounded;
+  }
+};
+
+// False where the line passes the frame's content by, or is not finite.
+inline bool enter_frame(const Frame& frame, const Ray& ray, FrameRay& out) {
+  Vec3 origin = frame.to_frame(ray.origin);
+  double largest = max_abs(ray.direction);
+  if (!(largest > 0.0) || !std::isfinite(largest)) return false;
+  int exponent = std::ilogb(largest);
+  Vec3 direction{std::ldexp(ray.direction.x, -exponent), std::ldexp(ray.direction.y, -exponent),
+                 std::ldexp(ray.direction.z, -exponent)};
+  out.t_scale = std::ldexp(frame.scale, -exponent);
+  out.t_start = -glm::dot(origin, direction) / glm::dot(direction, direction);
+  Vec3 start = origin + out.t_start * direction;
+  // Content lies within sqrt(3) of the centre; !(<=) also catches NaN.
+  if (!(glm::dot(start, start) <= 4.0)) return false;
+  out.origin64 = start;
+  out.direction64 = direction;
+  for (int i = 0; i < 3; ++i) {
+    out.origin[i] = to_grid(start[i]);
+    out.direction[i] = to_grid(direction[i]);
+    float d = std::fabs(out.direction[i]) < 0x1p-40f ? std::copysign(0x1p-40f, out.direction[i]) : out.direction[i];
+    out.reciprocal[i] = 1.0f / d;
+  }
+  Vec3 a = glm::abs(direction);
+  out.z = a.x >= a.y ? (a.x >= a.z ? 0 : 2) : (a.y >= a.z ? 1 : 2);
+  out.x = (out.z + 1) % 3;
+  out.y = (out.z + 2) % 3;
+  if (direction[out.z] < 0.0) std::swap(out.x, out.y);
+  out.shear_x = to_grid(double(out.direction[out.x]) / out.direction[out.z]);
+  out.shear_y = to_grid(double(out.direction[out.y]) / out.direction[out.z]);
+  out.shear_x64 = direction[out.x] / direction[out.z];
+  out.shear_y64 = direction[out.y] / direction[out.z];
+  return true;
+}
+
+}  // namespace tilecast

@@ -1,0 +1,74 @@
+// Owen-scrambled Sobol points in padded pairs of dimensions, keyed by (pixel, sample index, seed) and nothing else.
+//
+// Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; the permutation's constants are Vegdahl's. Even and
+// odd sample indices are two independently scrambled sequences: two independent estimates of the pixel, which is what
+// the error estimate stands on.
+#pragma once
+
+#include "base/vec.h"
+
+namespace tilecast {
+
+inline uint32_t hash_mix(uint32_t x) {  // Wellons, lowbias32
+  x ^= x >> 16;
+  x *= 0x21f0aaadu;
+  x ^= x >> 15;
+  x *= 0x735a2d97u;
+  x ^= x >> 15;
+  return x;
+}
+inline uint32_t hash_combine(uint32_t a, uint32_t b) { return hash_mix(a ^ hash_mix(b + 0x9e3779b9u)); }
+
+class Sampler {
+ public:
+  Sampler(uint32_t x, uint32_t y, uint32_t sample, uint32_t seed)
+      : index_(reverse(sample >> 1)),
+        key_(hash_combine(hash_combine(hash_combine(hash_mix(seed), x), y), sample & 1)) {}
+
+  // Uniform in [0, 1).
+  double next1() {
+    uint32_t key = next_key();
+    return to_unit(reverse(permute(shuffled(key), hash_mix(key + 1))));
+  }
+  // Uniform in [0, 1)^2, well spread over the samples of a pixel.
+  Vec2 next2() {
+    uint32_t key = next_key();
+    uint32_t i = shuffled(key);
+    return {to_unit(reverse(permute(i, hash_mix(key + 1)))),
+            to_unit(reverse(permute(second_dimension(i), hash_mix(key + 2))))};
+  }
+
+ private:
+  static uint32_t reverse(uint32_t x) {
+    x = __builtin_bswap32(x);
+    x = ((x >> 4) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4);
+    x = ((x >> 2) & 0x33333333u) | ((x & 0x33333333u) << 2);
+    return ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);
+  }
+  // Permutes so that each bit depends on lower bits alone: an Owen scramble of the reversed number.
+  static uint32_t permute(uint32_t x, uint32_t seed) {
+    x ^= x * 0x3d20adeau;
+    x += seed;
+    x *= (seed >> 16) | 1u;
+    x ^= x * 0x05526c56u;
+    x ^= x * 0x53a22864u;
+    return x;
+  }
+  // Sobol's second dimension, reversed: the Pascal matrix modulo 2, a product of five shears.
+  static uint32_t second_dimension(uint32_t x) {
+    x ^= (x & 0xaaaaaaaau) >> 1;
+    x ^= (x & 0xccccccccu) >> 2;
+    x ^= (x & 0xf0f0f0f0u) >> 4;
+    x ^= (x & 0xff00ff00u) >> 8;
+    x ^= (x & 0xffff0000u) >> 16;
+    return x;
+  }
+  static double to_unit(uint32_t x) { return x * 0x1p-32; }
+  uint32_t next_key() { return hash_combine(key_, dimension_++); }
+  // The order of the points is shuffled apart for each pair of dimensions.
+  uint32_t shuffled(uint32_t key) const { return reverse(permute(index_, key)); }
+
+  uint32_t index_, key_, dimension_ = 0;
+};
+
+}  // namespace tilecast

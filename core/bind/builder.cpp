@@ -1,0 +1,110 @@
+#include "bind/bind.h"
+#include "scene/builder.h"
+
+using namespace tilecast;
+
+namespace {
+
+MaterialKind material_kind(const std::string& name) {
+  if (name == "diffuse") return MaterialKind::Diffuse;
+  if (name == "mirror") return MaterialKind::Mirror;
+  if (name == "conductor") return MaterialKind::Conductor;
+  if (name == "dielectric") return MaterialKind::Dielectric;
+  throw Error("type: no material is called " + name);
+}
+
+CsgOperation csg_operation(const std::string& name) {
+  if (name == "union") return CsgOperation::Union;
+  if (name == "intersection") return CsgOperation::Intersection;
+  if (name == "difference") return CsgOperation::Difference;
+  throw Error("type: no CSG operation is called " + name);
+}
+
+std::vector<InstanceSource> to_instances(const Array<int32_t>& objects, const Array<double>& matrices,
+                                         const Array<int32_t>& materials) {
+  py::ssize_t n = objects.size();
+  check_shape(objects, {n}, "objects");
+  check_shape(matrices, {n, 4, 4}, "matrices");
+  check_shape(materials, {n}, "materials");
+  std::vector<InstanceSource> out(n);
+  for (py::ssize_t i = 0; i < n; ++i) {
+    const double* m = matrices.data(i);
+    if (m[12] != 0.0 || m[13] != 0.0 || m[14] != 0.0 || m[15] != 1.0)
+      throw Error("of[" + std::to_string(i) + "].transform: the last row must be 0, 0, 0, 1");
+    InstanceSource& instance = out[i];
+    instance.object = static_cast<uint32_t>(objects.at(i));
+    instance.material = materials.at(i);
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) instance.transform.linear[column][row] = m[4 * row + column];
+      instance.transform.offset[row] = m[4 * row + 3];
+    }
+  }
+  return out;
+}
+
+uint32_t add_mesh(SceneBuilder& builder, const Array<double>& vertices, const Array<uint32_t>& faces,
+                  const std::string& accelerator) {
+  check_shape(vertices, {-1, 3}, "vertices");
+  check_shape(faces, {-1, 3}, "faces");
+  std::span<const Vec3> v(reinterpret_cast<const Vec3*>(vertices.data()), vertices.shape(0));
+  std::span<const glm::uvec3> f(reinterpret_cast<const glm::uvec3*>(faces.data()), faces.shape(0));
+  py::gil_scoped_release release;
+  return builder.add_mesh(Mesh::build(v, f), accelerator);
+}
+
+int add_material(SceneBuilder& builder, const std::string& kind, const Triple& reflectance, int texture, double roughness,
+                 double ior, const Triple& absorption, const Triple& emission) {
+  return builder.add_material({material_kind(kind), to_vec(reflectance), texture, roughness, ior, to_vec(absorption),
+                               to_vec(emission)});
+}
+
+}  // namespace
+
+void bind_builder(py::module_& module) {
+  using Instances = const Array<int32_t>&;
+  using Matrices = const Array<double>&;
+  const Triple zero{0, 0, 0};
+  py::class_<SceneBuilder>(module, "SceneBuilder", "Builds a Scene. Handles are ints; lengths metres, colours linear RGB.")
+      .def(py::init<>())
+      .def("checker", [](SceneBuilder& b, const Triple& even, const Triple& odd, double size) {
+            return b.add_checker({to_vec(even), to_vec(odd), size});
+          }, py::arg("even"), py::arg("odd"), py::arg("size"), "A 3D checker in object space.")
+      .def("material", &add_material, py::arg("kind"), py::kw_only(), py::arg("reflectance") = Triple{0.8, 0.8, 0.8},
+           py::arg("texture") = -1, py::arg("roughness") = 0.0, py::arg("ior") = 1.5, py::arg("absorption") = zero,
+           py::arg("emission") = zero, "kind: diffuse, mirror, conductor or dielectric. absorption per metre; emission: radiance.")
+      .def("sphere", [](SceneBuilder& b, double radius) { return b.add_solid(Sphere{radius}); }, py::arg("radius"))
+      .def("box", [](SceneBuilder& b, const Triple& min, const Triple& max) {
+            return b.add_solid(Block{to_vec(min), to_vec(max)});
+          }, py::arg("min"), py::arg("max"))
+      .def("cylinder", [](SceneBuilder& b, double radius, double height) { return b.add_solid(Cylinder{radius, height}); },
+           py::arg("radius"), py::arg("height"), "About y, centred, closed.")
+      .def("rectangle", &SceneBuilder::add_rectangle, py::arg("width"), py::arg("depth"), "Open; in the xz plane, facing +y.")
+      .def("mesh", &add_mesh, py::arg("vertices"), py::arg("faces"), py::arg("accelerator") = "auto",
+           "vertices: float64 [n, 3]; faces: uint32 [m, 3], counter-clockwise from outside.")
+      .def("csg", [](SceneBuilder& b, const std::string& operation, Instances objects, Matrices matrices, Instances materials) {
+            return b.add_csg(csg_operation(operation), to_instances(objects, matrices, materials));
+          }, py::arg("operation"), py::arg("objects"), py::arg("matrices"), py::arg("materials"),
+          "union, intersection or difference of closed objects. objects, materials: int32 [n] (-1: inherit); matrices: [n, 4, 4].")
+      .def("group", [](SceneBuilder& b, Instances objects, Matrices matrices, Instances materials, const std::string& accelerator) {
+            std::vector<InstanceSource> instances = to_instances(objects, matrices, materials);
+            py::gil_scoped_release release;
+            return b.add_group(instances, accelerator);
+          }, py::arg("objects"), py::arg("matrices"), py::arg("materials"), py::arg("accelerator") = "auto",
+          "Instances; arrays as for csg. The innermost given material wins.")
+      .def("point_light", [](SceneBuilder& b, const Triple& position, const Triple& intensity) {
+            b.add_point_light({to_vec(position), to_vec(intensity)});
+          }, py::arg("position"), py::arg("intensity"), "intensity: radiant intensity, W/sr.")
+      .def("background", [](SceneBuilder& b, const Triple& radiance) { b.set_background(to_vec(radiance)); }, py::arg("radiance"))
+      .def("perspective", [](SceneBuilder& b, const Triple& position, const Triple& target, const Triple& up, double fov,
+                             int width, int height) {
+            b.set_camera(Camera(to_vec(position), to_vec(target), to_vec(up), fov, width, height));
+          }, py::arg("position"), py::arg("target"), py::arg("up"), py::arg("fov"), py::arg("width"), py::arg("height"),
+          "fov: degrees, across the image's height.")
+      .def("build", [](SceneBuilder& b, uint32_t root, const std::string& integrator, int max_depth, uint32_t seed, bool next_event) {
+            if (integrator != "path" && integrator != "whitted") throw Error("integrator: must be path or whitted, got " + integrator);
+            SceneBuilder::Options options{integrator == "path" ? Integrator::Path : Integrator::Whitted, max_depth, seed, next_event};
+            py::gil_scoped_release release;
+            return std::const_pointer_cast<Scene>(b.build(root, options));
+          }, py::arg("root"), py::kw_only(), py::arg("integrator") = "path", py::arg("max_depth") = 8, py::arg("seed") = 0,
+          py::arg("next_event") = true, "The finished scene. The builder is empty afterwards.");
+}

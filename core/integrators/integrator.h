@@ -1,0 +1,26 @@
+// Radiance along one camera ray. A sample depends on the scene, the pixel and the sample index, and on nothing else.
+#pragma once
+
+#include "base/sampler.h"
+#include "shading/medium.h"
+
+namespace tilecast {
+
+struct RayCounts {
+  uint64_t camera = 0, bounce = 0, shadow = 0;
+};
+
+// Path tracing with next-event estimation, multiple importance sampling (power heuristic) and roulette.
+Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, RayCounts& counts);
+
+// Whitted, "An Improved Illumination Model for Shaded Display", CACM 23(6), 1980: direct light, mirror and refracted
+// rays followed recursively, no diffuse interreflection. Shadow rays pass through dielectrics unbent, weakened at
+// their surfaces and inside.
+Rgb trace_whitted(const Scene& scene, const Ray& ray, const Media& media, Sampler& sampler, RayCounts& counts);
+
+inline Rgb radiance(const Scene& scene, const Ray& ray, const Media& media, Sampler& sampler, RayCounts& counts) {
+  return scene.integrator == Integrator::Whitted ? trace_whitted(scene, ray, media, sampler, counts)
+                                                 : trace_path(scene, ray, media, sampler, counts);
+}
+
+}  // namespace tilecast

@@ -1,0 +1,95 @@
+#include "base/counters.h"
+#include "integrators/direct.h"
+#include "shading/bsdf.h"
+
+namespace tilecast {
+namespace {
+
+constexpr int kRouletteDepth = 4;  // path segments that are never cut short
+
+double power_heuristic(double a, double b) { return a * a / (a * a + b * b); }
+
+// What the lights send to the surface and on to wo, by one light chosen by its power.
+Rgb next_event(const Scene& scene, const Surface& surface, const Basis& basis, const Vec3& wo, const Bsdf& bsdf,
+               const Media& media, Sampler& sampler, RayCounts& counts) {
+  size_t light = scene.lights.count() > 1 ? scene.lights.choose(sampler.next1()) : 0;
+  double probability = scene.lights.probability(light);
+  DirectLight direct = sample_direct(scene, surface, light, probability, sampler);
+  if (!direct.arrives()) return Rgb(0.0);
+  double bsdf_pdf;
+  Rgb f = bsdf.evaluate(wo, basis.to_local(direct.direction), bsdf_pdf);
+  if (!(max_component(f) > 0.0)) return Rgb(0.0);
+  TILECAST_COUNT(shadow);
+  ++counts.shadow;
+  if (occluded(scene, direct.shadow)) return Rgb(0.0);
+  double weight = direct.pdf > 0.0 ? power_heuristic(direct.pdf, bsdf_pdf) : 1.0;
+  return f * direct.radiance * media.transmittance(glm::length(direct.shadow.direction)) * weight;
+}
+
+}  // namespace
+
+Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, RayCounts& counts) {
+  const bool sample_lights = scene.next_event && scene.lights.count() > 0;
+  Rgb sum(0.0), throughput(1.0);
+  double scale = 1.0;        // of radiance by refraction, which roulette must not mistake for absorption
+  double bsdf_pdf = 0.0;     // of the direction that led here; 0: no light could have been sampled instead
+  ++counts.camera;
+  for (int depth = 1;; ++depth) {
+    Hit hit = closest(scene, ray);
+    if (!hit.found()) {
+      sum += throughput * media.transmittance(kInfinity) * scene.background;
+      break;
+    }
+    Surface surface = resolve(scene, ray, hit);
+    const Material& material = *surface.material;
+    Vec3 wo_world = -ray.direction;
+    double distance = hit.t;
+    throughput *= media.transmittance(distance);
+
+    if (hit.entering && material.emits()) {
+      double weight = 1.0;
+      int area = sample_lights && bsdf_pdf > 0.0 ? scene.lights.find(hit.primitive) : -1;
+      if (area >= 0) {
+        double cosine = std::max(1e-300, glm::dot(wo_world, surface.normal));
+        double probability = scene.lights.probability(scene.lights.points.size() + area);
+        weight = power_heuristic(bsdf_pdf, area_light_pdf(scene, area, probability, distance, cosine));
+      }
+      sum += throughput * material.emission * weight;
+    }
+    if (depth == scene.max_depth) break;
+
+    Basis basis(hit.entering ? surface.normal : -surface.normal);
+    Vec3 wo = basis.to_local(wo_world);
+    wo.z = std::max(wo.z, 1e-12);
+    bool dielectric = material.kind == MaterialKind::Dielectric;
+    double eta = dielectric ? media.eta(material, hit.entering) : 1.0;
+    Bsdf bsdf(material, reflectance_at(scene, surface), eta);
+    if (sample_lights && !bsdf.specular())
+      sum += throughput * next_event(scene, surface, basis, wo, bsdf, media, sampler, counts);
+
+    BsdfSample scattered;
+    if (!bsdf.sample(wo, sampler, scattered)) break;
+    throughput *= scattered.weight;
+    bsdf_pdf = scattered.specular ? 0.0 : scattered.pdf;
+    if (scattered.wi.z < 0.0) {
+      scale *= eta * eta;
+      if (hit.entering)
+        media.enter(&material);
+      else
+        media.leave(&material);
+    }
+    double strength = max_component(throughput) * scale;
+    if (!(strength > 0.0)) break;
+    if (depth >= kRouletteDepth) {
+      double survival = std::min(1.0, strength);
+      if (sampler.next1() >= survival) break;
+      throughput /= survival;
+    }
+    Vec3 direction = glm::normalize(basis.to_world(scattered.wi));
+    ray = {surface.spawn(direction), direction};
+    ++counts.bounce;
+  }
+  return sum;
+}
+
+}  // namespace tilecast

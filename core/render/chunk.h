@@ -1,0 +1,23 @@
+// One chunk: a tile and a range of sample indices. A pure function of the scene and its arguments.
+#pragma once
+
+#include <vector>
+
+#include "integrators/integrator.h"
+
+namespace tilecast {
+
+struct Tile {
+  int x, y, width, height;  // pixels from the top left of the image
+};
+
+struct ChunkSums {
+  // [2, height, width, 3]: linear RGB radiance summed over the even (0) and odd (1) sample indices.
+  std::vector<double> sums;
+  RayCounts rays;
+};
+
+// Samples first .. first + count - 1 of every pixel of the tile. Throws SampleError on a sample that is not finite.
+ChunkSums render_chunk(const Scene& scene, const Tile& tile, uint32_t first, uint32_t count);
+
+}  // namespace tilecast

@@ -1,0 +1,47 @@
+#include <algorithm>
+
+#include "scene/object.h"
+
+namespace tilecast {
+namespace {
+constexpr uint64_t kMostPrimitives = uint64_t(1) << 62;
+}
+
+Assembly Assembly::build(std::vector<Instance> instances, const std::vector<Object>& objects,
+                         std::string_view accelerator) {
+  Assembly out;
+  out.instances = std::move(instances);
+  std::vector<Box> boxes;
+  boxes.reserve(out.instances.size());
+  uint64_t total = 0;
+  for (const Instance& instance : out.instances) {
+    const Object& object = objects[instance.object];
+    out.first_primitive.push_back(total);
+    if (object.primitives > kMostPrimitives - total) throw Error("instances multiply to more than 2^62 primitives");
+    total += object.primitives;
+    Box box = instance.to_parent.box(object.bounds);
+    // Room for the rounding of the transforms, there and back.
+    double slack = 16 * kUnitRoundoff * std::max(max_abs(box.lo), max_abs(box.hi));
+    if (!box.empty()) box.lo -= slack, box.hi += slack;
+    boxes.push_back(box);
+    out.bounds.extend(box);
+  }
+  out.frame = Frame::around(out.bounds);
+  std::vector<FrameBox> frame_boxes;
+  frame_boxes.reserve(boxes.size());
+  for (const Box& box : boxes)
+    frame_boxes.push_back(FrameBox::around(out.frame, box.empty() ? Box{out.frame.centre, out.frame.centre} : box));
+  out.accelerator = Accelerator::build(accelerator, frame_boxes);
+  return out;
+}
+
+uint64_t Assembly::primitives(const std::vector<Object>& objects) const {
+  return instances.empty() ? 0 : first_primitive.back() + objects[instances.back().object].primitives;
+}
+
+uint32_t Assembly::find(uint64_t primitive) const {
+  auto next = std::upper_bound(first_primitive.begin(), first_primitive.end(), primitive);
+  return static_cast<uint32_t>(next - first_primitive.begin() - 1);
+}
+
+}  // namespace tilecast

@@ -1,0 +1,206 @@
+#include "scene/builder.h"
+
+#include <cstdio>
+
+namespace tilecast {
+namespace {
+
+constexpr int kMostNesting = 1000;  // of groups in groups: bounds the traversal's recursion
+
+std::string text(double x) {
+  char buffer[40];
+  std::snprintf(buffer, sizeof buffer, "%g", x);
+  return buffer;
+}
+
+void check_positive(double x, const char* name) {
+  if (!(x > 0.0)) throw Error(std::string(name) + ": must be positive, got " + text(x));
+  if (!(x >= 1e-100 && x <= 1e100)) throw Error(std::string(name) + ": must lie between 1e-100 and 1e100, got " + text(x));
+}
+
+void check_colour(const Rgb& c, const char* name, double most) {
+  for (int i = 0; i < 3; ++i)
+    if (!(c[i] >= 0.0 && c[i] <= most))
+      throw Error(std::string(name) + ": must lie between 0 and " + text(most) + ", got " + text(c[i]));
+}
+
+}  // namespace
+
+SceneBuilder::SceneBuilder() { scene_.materials.emplace_back(); }
+
+uint32_t SceneBuilder::add(Kind kind, size_t index, uint64_t primitives, const Box& bounds) {
+  scene_.objects.push_back({kind, static_cast<uint32_t>(index), primitives, bounds});
+  facts_.emplace_back();
+  return static_cast<uint32_t>(scene_.objects.size() - 1);
+}
+
+uint32_t SceneBuilder::add_solid(const Solid& solid) {
+  if (auto* s = std::get_if<Sphere>(&solid)) check_positive(s->radius, "radius");
+  if (auto* c = std::get_if<Cylinder>(&solid)) check_positive(c->radius, "radius"), check_positive(c->height, "height");
+  if (auto* b = std::get_if<Block>(&solid)) {
+    if (!(max_abs(b->lo) <= 1e100 && max_abs(b->hi) <= 1e100)) throw Error("min, max: must be finite and at most 1e100");
+    for (int i = 0; i < 3; ++i)
+      if (!(b->lo[i] < b->hi[i]))
+        throw Error("max[" + std::to_string(i) + "]: must be greater than min, got " + text(b->lo[i]) + " and " + text(b->hi[i]));
+  }
+  scene_.solids.push_back(solid);
+  facts_.reserve(scene_.objects.size() + 1);
+  uint32_t handle = add(Kind::Solid, scene_.solids.size() - 1, face_count(solid), bounds(solid));
+  facts_[handle].checked_open = true;
+  return handle;
+}
+
+uint32_t SceneBuilder::add_rectangle(double width, double depth) {
+  check_positive(width, "size[0]");
+  check_positive(depth, "size[1]");
+  scene_.rectangles.push_back({width, depth});
+  Vec3 h{0.5 * width, 0.0, 0.5 * depth};
+  uint32_t handle = add(Kind::Rectangle, scene_.rectangles.size() - 1, 1, {-h, h});
+  facts_[handle].checked_open = true;
+  facts_[handle].open = "a rectangle is open, and CSG needs closed objects";
+  return handle;
+}
+
+uint32_t SceneBuilder::add_mesh(Mesh mesh, std::string_view accelerator) {
+  Box box = mesh.bounds;
+  uint64_t faces = mesh.faces.size();
+  scene_.meshes.emplace_back(std::move(mesh), accelerator);
+  return add(Kind::Mesh, scene_.meshes.size() - 1, faces, box);
+}
+
+std::vector<Instance> SceneBuilder::place(const std::vector<InstanceSource>& sources, const char* list) const {
+  std::vector<Instance> out;
+  out.reserve(sources.size());
+  for (size_t i = 0; i < sources.size(); ++i) {
+    const InstanceSource& source = sources[i];
+    std::string where = std::string(list) + "[" + std::to_string(i) + "]";
+    if (source.object >= scene_.objects.size()) throw Error(where + ": no such object");
+    if (source.material >= static_cast<int>(scene_.materials.size()) || source.material < kInherit)
+      throw Error(where + ".material: no such material");
+    try {
+      out.push_back({source.object, source.material, source.transform, inverse(source.transform)});
+    } catch (const Error& error) {
+      throw Error(where + ".transform: " + error.what());
+    }
+    if (!(max_abs(source.transform.offset) <= 1e100 && source.transform.stretch() <= 1e100))
+      throw Error(where + ".transform: values must be at most 1e100");
+  }
+  return out;
+}
+
+void SceneBuilder::note_instances(uint32_t object, const std::vector<Instance>& instances) {
+  Facts& facts = facts_[object];
+  facts.inherits = false;
+  for (const Instance& instance : instances) {
+    const Facts& part = facts_[instance.object];
+    facts.depth = std::max(facts.depth, part.depth);
+    facts.has_emitter |= part.has_emitter ||
+                         (instance.material != kInherit && scene_.materials[instance.material].emits());
+    facts.inherits |= instance.material == kInherit && part.inherits;
+  }
+}
+
+uint32_t SceneBuilder::add_csg(CsgOperation operation, const std::vector<InstanceSource>& sources) {
+  if (sources.size() < 2) throw Error("of: CSG needs at least 2 operands, got " + std::to_string(sources.size()));
+  std::vector<Instance> operands = place(sources, "of");
+  Box box;
+  uint64_t primitives = 0;
+  for (size_t i = 0; i < operands.size(); ++i) {
+    const std::string& open = why_open(operands[i].object);
+    if (!open.empty()) throw Error("of[" + std::to_string(i) + "]: " + open);
+    Box part = operands[i].to_parent.box(scene_.objects[operands[i].object].bounds);
+    if (i == 0 || operation == CsgOperation::Union) {
+      box.extend(part);
+    } else if (operation == CsgOperation::Intersection) {
+      box.lo = glm::max(box.lo, part.lo);
+      box.hi = glm::min(box.hi, part.hi);
+    }
+    primitives += scene_.objects[operands[i].object].primitives;
+    if (primitives > uint64_t(1) << 62) throw Error("instances multiply to more than 2^62 primitives");
+  }
+  if (box.empty()) box = Box{};
+  scene_.csgs.emplace_back();
+  csg_sources_.push_back({operation, std::move(operands)});
+  uint32_t handle = add(Kind::Csg, scene_.csgs.size() - 1, primitives, box);
+  facts_[handle].checked_open = true;
+  note_instances(handle, csg_sources_.back().operands);
+  return handle;
+}
+
+uint32_t SceneBuilder::add_group(const std::vector<InstanceSource>& sources, std::string_view accelerator) {
+  Assembly assembly = Assembly::build(place(sources, "of"), scene_.objects, accelerator);
+  Box box = assembly.bounds;
+  uint64_t primitives = assembly.primitives(scene_.objects);
+  scene_.groups.push_back(std::move(assembly));
+  uint32_t handle = add(Kind::Group, scene_.groups.size() - 1, primitives, box);
+  note_instances(handle, scene_.groups.back().instances);
+  if (++facts_[handle].depth > kMostNesting)
+    throw Error("groups are nested deeper than " + std::to_string(kMostNesting));
+  return handle;
+}
+
+const std::string& SceneBuilder::why_open(uint32_t object) {
+  Facts& facts = facts_[object];
+  if (facts.checked_open) return facts.open;
+  facts.checked_open = true;
+  if (scene_.objects[object].kind == Kind::Mesh) {
+    if (auto edge = find_open_edge(scene_.meshes[scene_.objects[object].index].mesh()))
+      facts.open = "the mesh is not closed, and CSG needs closed objects: " + *edge;
+  } else {  // a group
+    const auto& instances = scene_.groups[scene_.objects[object].index].instances;
+    for (size_t i = 0; i < instances.size() && facts_[object].open.empty(); ++i) {
+      const std::string& open = why_open(instances[i].object);
+      if (!open.empty()) facts_[object].open = "of[" + std::to_string(i) + "]: " + open;
+    }
+  }
+  return facts_[object].open;
+}
+
+int SceneBuilder::add_material(const Material& m) {
+  check_colour(m.reflectance, "reflectance", 1.0);
+  check_colour(m.absorption, "absorption", 1e100);
+  check_colour(m.emission, "emission", 1e30);
+  if (!(m.roughness >= 0.0 && m.roughness <= 1.0)) throw Error("roughness: must lie between 0 and 1, got " + text(m.roughness));
+  if (!(m.ior >= 1e-3 && m.ior <= 1e3)) throw Error("ior: must lie between 0.001 and 1000, got " + text(m.ior));
+  if (m.texture >= static_cast<int>(scene_.checkers.size()) || m.texture < -1) throw Error("texture: no such texture");
+  scene_.materials.push_back(m);
+  return static_cast<int>(scene_.materials.size() - 1);
+}
+
+int SceneBuilder::add_checker(const Checker& checker) {
+  check_colour(checker.even, "even", 1.0);
+  check_colour(checker.odd, "odd", 1.0);
+  check_positive(checker.size, "size");
+  scene_.checkers.push_back(checker);
+  return static_cast<int>(scene_.checkers.size() - 1);
+}
+
+void SceneBuilder::add_point_light(const PointLight& light) {
+  check_colour(light.intensity, "intensity", 1e30);
+  if (!(max_abs(light.position) <= 1e100)) throw Error("position: must be finite and at most 1e100");
+  if (max_component(light.intensity) > 0.0) scene_.lights.points.push_back(light);
+}
+
+void SceneBuilder::set_background(const Rgb& radiance) {
+  check_colour(radiance, "background", 1e30);
+  scene_.background = radiance;
+}
+
+std::shared_ptr<const Scene> SceneBuilder::build(uint32_t root, const Options& options) {
+  if (root >= scene_.objects.size()) throw Error("root: no such object");
+  if (options.max_depth < 1) throw Error("max_depth: must be at least 1");
+  scene_.root = root;
+  scene_.integrator = options.integrator;
+  scene_.max_depth = options.max_depth;
+  scene_.seed = options.seed;
+  scene_.next_event = options.next_event;
+  finish_reachable();
+  collect_lights(root, Affine{}, kInherit, 0);
+  scene_.lights.finish();
+  scene_.features = find_features(scene_);
+  auto out = std::make_shared<const Scene>(std::move(scene_));
+  *this = SceneBuilder();
+  return out;
+}
+
+}  // namespace tilecast

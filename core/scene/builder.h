@@ -1,0 +1,68 @@
+// Builds a Scene, object by object. Handles are indices; every call checks what it is given and throws Error.
+#pragma once
+
+#include <memory>
+
+#include "scene/scene.h"
+
+namespace tilecast {
+
+struct InstanceSource {
+  uint32_t object;
+  Affine transform;
+  int material = kInherit;
+};
+
+class SceneBuilder {
+ public:
+  SceneBuilder();
+
+  uint32_t add_solid(const Solid& solid);
+  uint32_t add_rectangle(double width, double depth);
+  uint32_t add_mesh(Mesh mesh, std::string_view accelerator);
+  // At least two closed operands; a difference takes all the others from the first.
+  uint32_t add_csg(CsgOperation operation, const std::vector<InstanceSource>& operands);
+  uint32_t add_group(const std::vector<InstanceSource>& instances, std::string_view accelerator);
+
+  int add_material(const Material& material);
+  int add_checker(const Checker& checker);
+  void add_point_light(const PointLight& light);
+  void set_background(const Rgb& radiance);
+  void set_camera(const Camera& camera) { scene_.camera = camera; }
+
+  struct Options {
+    Integrator integrator = Integrator::Path;
+    int max_depth = 8;
+    uint32_t seed = 0;
+    bool next_event = true;
+  };
+  // Finishes the scene; the builder is empty afterwards.
+  std::shared_ptr<const Scene> build(uint32_t root, const Options& options);
+
+ private:
+  struct CsgSource {
+    CsgOperation operation;
+    std::vector<Instance> operands;
+  };
+  struct Facts {  // of an object, beside Object
+    bool checked_open = false;
+    std::string open;               // why it is not closed; empty: it is
+    int depth = 0;                  // of nested groups
+    bool has_emitter = false;       // an instance inside emits
+    bool inherits = true;           // a part of it takes the material of the enclosing instance
+  };
+
+  uint32_t add(Kind kind, size_t index, uint64_t primitives, const Box& bounds);
+  std::vector<Instance> place(const std::vector<InstanceSource>& sources, const char* list) const;
+  void note_instances(uint32_t object, const std::vector<Instance>& instances);
+  const std::string& why_open(uint32_t object);
+  Csg flatten(const CsgSource& source) const;
+  void finish_reachable();
+  void collect_lights(uint32_t object, const Affine& to_world, int material, uint64_t base);
+
+  Scene scene_;
+  std::vector<CsgSource> csg_sources_;
+  std::vector<Facts> facts_;
+};
+
+}  // namespace tilecast

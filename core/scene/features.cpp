@@ -1,0 +1,74 @@
+#include <set>
+
+#include "scene/scene.h"
+
+namespace tilecast {
+
+const std::vector<std::string>& all_features() {
+  static const std::vector<std::string> names{
+      "absorption", "area_lights", "background", "conductor", "csg",   "dielectric", "diffuse",     "emission", "hierarchy",
+      "instances",  "mesh",        "mirror",     "point_lights", "rectangle", "shadow_rays", "solid", "texture"};
+  return names;
+}
+
+std::vector<std::string> find_features(const Scene& scene) {
+  std::set<std::string> used;
+  auto use = [&](const char* name, bool yes = true) {
+    if (yes) used.insert(name);
+  };
+  std::vector<bool> seen(scene.objects.size()), seen_material(scene.materials.size());
+  std::vector<uint32_t> pending{scene.root};
+  auto visit = [&](const Assembly& assembly) {
+    use("hierarchy", assembly.accelerator.stats().kind != "none");
+    for (const Instance& instance : assembly.instances) {
+      pending.push_back(instance.object);
+      if (instance.material != kInherit) seen_material[instance.material] = true;
+    }
+  };
+  bool placed = false;
+  while (!pending.empty()) {
+    uint32_t handle = pending.back();
+    pending.pop_back();
+    if (seen[handle]) {
+      use("instances");  // stored once, used more than once
+      continue;
+    }
+    seen[handle] = true;
+    const Object& object = scene.objects[handle];
+    switch (object.kind) {
+      case Kind::Solid: use("solid"), placed = true; break;
+      case Kind::Rectangle: use("rectangle"), placed = true; break;
+      case Kind::Mesh:
+        use("mesh"), placed = true;
+        use("hierarchy", scene.meshes[object.index].accelerator().stats().kind != "none");
+        break;
+      case Kind::Csg: use("csg"), visit(scene.csgs[object.index].assembly); break;
+      case Kind::Group: visit(scene.groups[object.index]); break;
+    }
+  }
+  bool any_material = false;
+  for (size_t i = 0; i < scene.materials.size(); ++i) any_material |= seen_material[i];
+  if (placed && !any_material) seen_material[0] = true;
+  for (size_t i = 0; i < scene.materials.size(); ++i) {
+    if (!seen_material[i]) continue;
+    const Material& m = scene.materials[i];
+    use("diffuse", m.kind == MaterialKind::Diffuse);
+    use("mirror", m.kind == MaterialKind::Mirror);
+    use("conductor", m.kind == MaterialKind::Conductor);
+    use("dielectric", m.kind == MaterialKind::Dielectric);
+    use("absorption", m.kind == MaterialKind::Dielectric && max_component(m.absorption) > 0.0);
+    use("emission", m.emits());
+    use("texture", m.texture >= 0);
+  }
+  use("background", max_component(scene.background) > 0.0);
+  use("point_lights", !scene.lights.points.empty());
+  use("area_lights", !scene.lights.areas.empty());
+  use("shadow_rays", scene.next_event && scene.lights.count() > 0);
+  return {used.begin(), used.end()};
+}
+
+std::string kernel_name(const Scene& scene) {
+  return std::string(scene.integrator == Integrator::Path ? "path" : "whitted") + ", " + scene.accelerator.kind + ", scalar";
+}
+
+}  // namespace tilecast

@@ -1,0 +1,128 @@
+// The last steps of building: CSG trees flattened, lights collected, statistics summed.
+#include <numeric>
+
+#include "scene/builder.h"
+
+namespace tilecast {
+namespace {
+constexpr size_t kMostOperands = 10'000'000;  // of one CSG, nested ones multiplied out
+constexpr size_t kMostLights = 1'000'000;     // further emitters are met by chance alone, which is slower but not wrong
+}  // namespace
+
+// Depth first with a stack of its own: a chain of 1e5 operations must not overflow the thread's.
+Csg SceneBuilder::flatten(const CsgSource& source) const {
+  Csg csg;
+  std::vector<Instance> operands;
+  csg.nodes.push_back({source.operation, -1, static_cast<uint32_t>(source.operands.size()), true});
+  struct Task {
+    Instance instance;
+    int parent;
+    bool first;
+  };
+  std::vector<Task> tasks;
+  auto push = [&](const std::vector<Instance>& children, const Affine* outer, int material, int parent) {
+    for (size_t i = children.size(); i-- > 0;) {  // last first: operands come out in order
+      Instance child = children[i];
+      if (outer) child.to_parent = *outer * child.to_parent;
+      if (child.material == kInherit) child.material = material;
+      tasks.push_back({child, parent, i == 0});
+    }
+  };
+  push(source.operands, nullptr, kInherit, 0);
+  while (!tasks.empty()) {
+    Task task = tasks.back();
+    tasks.pop_back();
+    const Object& object = scene_.objects[task.instance.object];
+    if (object.kind == Kind::Csg || object.kind == Kind::Group) {
+      bool is_group = object.kind == Kind::Group;
+      const auto& children = is_group ? scene_.groups[object.index].instances : csg_sources_[object.index].operands;
+      csg.nodes.push_back({is_group ? CsgOperation::Union : csg_sources_[object.index].operation, task.parent,
+                           static_cast<uint32_t>(children.size()), task.first});
+      push(children, &task.instance.to_parent, task.instance.material, static_cast<int>(csg.nodes.size() - 1));
+    } else {
+      bool inside_out = object.kind == Kind::Mesh && signed_volume(scene_.meshes[object.index].mesh()) < 0.0;
+      csg.operands.push_back({task.parent, task.first, inside_out});
+      task.instance.to_local = inverse(task.instance.to_parent);
+      operands.push_back(task.instance);
+    }
+    if (operands.size() + tasks.size() > kMostOperands) throw Error("a CSG has more than 1e7 operands, nested ones multiplied out");
+  }
+  csg.assembly = Assembly::build(std::move(operands), scene_.objects, "auto");
+  return csg;
+}
+
+void SceneBuilder::finish_reachable() {
+  std::vector<bool> seen(scene_.objects.size());
+  std::vector<uint32_t> pending{scene_.root};
+  AcceleratorStats& total = scene_.accelerator;
+  total.kind = "none";
+  auto count = [&](const Accelerator& accelerator, uint64_t bytes) {
+    if (accelerator.stats().kind != "none") total.kind = accelerator.stats().kind;
+    total.nodes += accelerator.stats().nodes;
+    total.bytes += bytes;
+    total.seconds += accelerator.stats().seconds;
+  };
+  while (!pending.empty()) {
+    const Object& object = scene_.objects[pending.back()];
+    bool again = seen[pending.back()];
+    seen[pending.back()] = true;
+    pending.pop_back();
+    if (again) continue;
+    if (object.kind == Kind::Mesh) {
+      count(scene_.meshes[object.index].accelerator(), scene_.meshes[object.index].bytes());
+    } else if (object.kind == Kind::Csg) {
+      Csg& csg = scene_.csgs[object.index] = flatten(csg_sources_[object.index]);
+      count(csg.assembly.accelerator, csg.assembly.accelerator.stats().bytes);
+      for (const Instance& operand : csg.assembly.instances) pending.push_back(operand.object);
+    } else if (object.kind == Kind::Group) {
+      const Assembly& group = scene_.groups[object.index];
+      count(group.accelerator, group.accelerator.stats().bytes);
+      for (const Instance& instance : group.instances) pending.push_back(instance.object);
+    }
+  }
+}
+
+void SceneBuilder::collect_lights(uint32_t handle, const Affine& to_world, int material, uint64_t base) {
+  const Object& object = scene_.objects[handle];
+  bool emits = material != kInherit && scene_.materials[material].emits();
+  if (!(emits && facts_[handle].inherits) && !facts_[handle].has_emitter) return;
+  if (scene_.lights.areas.size() >= kMostLights) return;
+  if (object.kind == Kind::Group) {
+    const Assembly& group = scene_.groups[object.index];
+    for (size_t i = 0; i < group.instances.size(); ++i) {
+      const Instance& instance = group.instances[i];
+      collect_lights(instance.object, to_world * instance.to_parent,
+                     instance.material == kInherit ? material : instance.material, base + group.first_primitive[i]);
+    }
+    return;
+  }
+  AreaLight light;
+  light.radiance = material == kInherit ? Rgb(0.0) : scene_.materials[material].emission;
+  light.first_primitive = base;
+  light.primitives = object.primitives;
+  double mirrored = glm::determinant(to_world.linear) < 0.0 ? -1.0 : 1.0;
+  if (object.kind == Kind::Rectangle) {
+    const Rectangle& r = scene_.rectangles[object.index];
+    light.pieces.push_back({to_world.point({-0.5 * r.width, 0.0, -0.5 * r.depth}),
+                            to_world.vector({0.0, 0.0, r.depth}), to_world.vector({r.width, 0.0, 0.0})});
+    light.flip = mirrored;
+  } else if (object.kind == Kind::Mesh) {
+    const Mesh& mesh = scene_.meshes[object.index].mesh();
+    light.triangles = true;
+    light.flip = mirrored;
+    for (uint32_t face = 0; face < mesh.faces.size(); ++face) {
+      Triangle t = mesh.triangle(face);
+      Vec3 a = to_world.point(mesh.frame.from_frame(Vec3(t.a)));
+      light.pieces.push_back({a, to_world.point(mesh.frame.from_frame(Vec3(t.b))) - a,
+                              to_world.point(mesh.frame.from_frame(Vec3(t.c))) - a});
+    }
+  } else {
+    return;  // solids and CSG are met by chance
+  }
+  double sum = 0.0;
+  for (const AreaLight::Piece& piece : light.pieces)
+    light.cumulative.push_back(sum += glm::length(glm::cross(piece.edge1, piece.edge2)) * (light.triangles ? 0.5 : 1.0));
+  if (sum > 0.0) scene_.lights.areas.push_back(std::move(light));
+}
+
+}  // namespace tilecast

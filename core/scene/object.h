@@ -1,0 +1,69 @@
+// What a scene is made of. Objects are named by their index in Scene::objects; shared ones are stored once.
+//
+// An object is a solid, a rectangle, a mesh, a CSG of closed objects or a group of instances. Its primitives (faces of
+// solids, triangles) are numbered through, instances multiplied out, in the order of the scene: that number names a
+// hit, orders ties, and finds the way back to the instance without the traversal having to remember it.
+#pragma once
+
+#include <vector>
+
+#include "accel/accelerated_mesh.h"
+#include "base/affine.h"
+#include "geometry/rectangle.h"
+#include "geometry/solid.h"
+
+namespace tilecast {
+
+enum class Kind : uint8_t { Solid, Rectangle, Mesh, Csg, Group };
+
+struct Object {
+  Kind kind;
+  uint32_t index;       // among the objects of its kind
+  uint64_t primitives;  // instances multiplied out
+  Box bounds;           // its own space, metres
+};
+
+inline constexpr int kInherit = -1;
+
+// A reference and a matrix. The ray is taken into the object's space; t stays.
+struct Instance {
+  uint32_t object;
+  int material;  // kInherit: that of the enclosing instance; the innermost given one wins
+  Affine to_parent, to_local;
+};
+
+// Instances under an accelerator.
+struct Assembly {
+  std::vector<Instance> instances;
+  std::vector<uint64_t> first_primitive;  // of each instance
+  Frame frame;
+  Accelerator accelerator;
+  Box bounds;
+
+  static Assembly build(std::vector<Instance> instances, const std::vector<Object>& objects, std::string_view accelerator);
+  uint64_t primitives(const std::vector<Object>& objects) const;
+  // The instance that holds a primitive.
+  uint32_t find(uint64_t primitive) const;
+};
+
+enum class CsgOperation : uint8_t { Union, Intersection, Difference };
+
+// A tree of set operations, flattened. Operands are solids and meshes.
+struct Csg {
+  struct Node {
+    CsgOperation operation;
+    int parent;        // -1 at the root
+    uint32_t children;
+    bool first;        // the first child of its parent: what a difference subtracts from
+  };
+  struct Operand {
+    int parent;
+    bool first;
+    bool inside_out;  // a mesh whose faces are wound clockwise
+  };
+  Assembly assembly;  // of the operands
+  std::vector<Operand> operands;
+  std::vector<Node> nodes;
+};
+
+}  // namespace tilecast

@@ -1,0 +1,47 @@
+// The immutable scene.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "scene/camera.h"
+#include "scene/light.h"
+#include "scene/material.h"
+#include "scene/object.h"
+
+namespace tilecast {
+
+enum class Integrator : uint8_t { Path, Whitted };
+
+struct Scene {
+  std::vector<Object> objects;
+  std::vector<Solid> solids;
+  std::vector<Rectangle> rectangles;
+  std::vector<AcceleratedMesh> meshes;
+  std::vector<Csg> csgs;
+  std::vector<Assembly> groups;
+  uint32_t root = 0;  // index of an object
+
+  std::vector<Material> materials;  // materials[0] is the default
+  std::vector<Checker> checkers;
+  Lights lights;
+  Rgb background{0.0};
+  Camera camera;
+
+  Integrator integrator = Integrator::Path;
+  int max_depth = 8;       // path segments from the camera
+  uint32_t seed = 0;
+  bool next_event = true;  // sample the lights; off for tests only
+
+  std::vector<std::string> features;  // what the scene uses, of all_features()
+  AcceleratorStats accelerator;       // all levels together
+};
+
+// Everything that a scene can use or leave out.
+const std::vector<std::string>& all_features();
+std::vector<std::string> find_features(const Scene& scene);
+
+// The code that traces the scene: integrator, accelerator, vector width.
+std::string kernel_name(const Scene& scene);
+
+}  // namespace tilecast

@@ -1,0 +1,74 @@
+#include "scene/surface.h"
+
+namespace tilecast {
+namespace {
+
+struct Leaf {
+  Vec3 point, normal;
+  double error;
+};
+
+Leaf at_leaf(const Scene& scene, const Object& object, const Ray& ray, const Hit& hit, uint64_t face) {
+  Vec3 p = ray.at(hit.t);
+  switch (object.kind) {
+    case Kind::Mesh: {
+      const Mesh& mesh = scene.meshes[object.index].mesh();
+      Triangle triangle = mesh.triangle(static_cast<uint32_t>(face));
+      Vec3 a(triangle.a), b(triangle.b), c(triangle.c);
+      Vec3 e1 = b - a, e2 = c - a;
+      // The float test may be off sideways by a few units in the last place; 2^-22 of the frame is above that.
+      return {mesh.frame.from_frame(a + hit.u * e1 + hit.v * e2), glm::cross(e1, e2), 0x1p-22 * mesh.frame.scale};
+    }
+    case Kind::Solid: {
+      const Solid& solid = scene.solids[object.index];
+      p = project(solid, static_cast<int>(face), p);
+      return {p, outward(solid, static_cast<int>(face), p), 16 * kUnitRoundoff * max_abs(p)};
+    }
+    default:
+      return {Vec3(p.x, 0.0, p.z), Vec3(0.0, 1.0, 0.0), 0.0};
+  }
+}
+
+}  // namespace
+
+Surface resolve(const Scene& scene, const Ray& ray, const Hit& hit) {
+  const Object* object = &scene.objects[scene.root];
+  uint64_t primitive = hit.primitive;
+  int material = kInherit;
+  Ray local = ray;
+  Affine to_world;
+  glm::dmat3 to_local{1.0};
+  double offsets = 0.0;  // magnitudes that the transforms added and took away
+  while (object->kind == Kind::Group || object->kind == Kind::Csg) {
+    const Assembly& assembly =
+        object->kind == Kind::Group ? scene.groups[object->index] : scene.csgs[object->index].assembly;
+    uint32_t i = assembly.find(primitive);
+    const Instance& instance = assembly.instances[i];
+    primitive -= assembly.first_primitive[i];
+    if (instance.material != kInherit) material = instance.material;
+    local = instance.to_local.ray(local);
+    offsets += to_world.stretch() * max_abs(instance.to_parent.offset);
+    to_world = to_world * instance.to_parent;
+    to_local = instance.to_local.linear * to_local;
+    object = &scene.objects[instance.object];
+  }
+  Leaf leaf = at_leaf(scene, *object, local, hit, primitive);
+  Surface surface;
+  surface.local_point = leaf.point;
+  surface.local_normal = leaf.normal;
+  surface.point = to_world.point(leaf.point);
+  surface.material = &scene.materials[material == kInherit ? 0 : material];
+  double stretch = to_world.stretch();
+  surface.error = stretch * (leaf.error + 16 * kUnitRoundoff * max_abs(leaf.point)) +
+                  16 * kUnitRoundoff * (max_abs(surface.point) + offsets);
+  Vec3 normal = leaf.normal * to_local;
+  double largest = max_abs(normal);
+  surface.normal = largest > 0.0 ? glm::normalize(normal / largest) : -glm::normalize(ray.direction);
+  if ((glm::dot(surface.normal, ray.direction) > 0.0) == hit.entering) {
+    surface.normal = -surface.normal;
+    surface.local_normal = -surface.local_normal;
+  }
+  return surface;
+}
+
+}  // namespace tilecast

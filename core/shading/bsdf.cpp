@@ -1,0 +1,89 @@
+#include "shading/bsdf.h"
+
+#include "base/counters.h"
+#include "shading/microfacet.h"
+
+namespace tilecast {
+namespace {
+
+// Shirley and Chiu, "A Low Distortion Map Between Disk and Square", 1997; then Malley's method.
+Vec3 cosine_hemisphere(const Vec2& u) {
+  double a = 2.0 * u.x - 1.0, b = 2.0 * u.y - 1.0;
+  if (a == 0.0 && b == 0.0) return {0.0, 0.0, 1.0};
+  double r, turn;  // turn: angle over 2 pi
+  if (std::fabs(a) > std::fabs(b)) {
+    r = a;
+    turn = 0.125 * (b / a);
+  } else {
+    r = b;
+    turn = 0.25 - 0.125 * (a / b);
+  }
+  if (turn < 0.0) turn += 1.0;
+  double sine, cosine;
+  sincos_2pi(turn, sine, cosine);
+  return {r * cosine, r * sine, std::sqrt(std::max(0.0, 1.0 - r * r))};
+}
+
+}  // namespace
+
+Rgb reflectance_at(const Scene& scene, const Surface& surface) {
+  const Material& material = *surface.material;
+  if (material.texture < 0) return material.reflectance;
+  TILECAST_COUNT(texture);
+  const Checker& checker = scene.checkers[material.texture];
+  // A step inwards keeps faces that lie on a wall between two cells in one of them.
+  return checker.at(surface.local_point - 1e-6 * checker.size * glm::normalize(surface.local_normal));
+}
+
+Rgb Bsdf::evaluate(const Vec3& wo, const Vec3& wi, double& pdf) const {
+  pdf = 0.0;
+  if (wi.z <= 0.0 || wo.z <= 0.0 || specular()) return Rgb(0.0);
+  if (kind_ == MaterialKind::Diffuse) {
+    pdf = wi.z * kInvPi;
+    return reflectance_ * pdf;
+  }
+  Ggx ggx(roughness_);
+  Vec3 m = glm::normalize(wo + wi);
+  pdf = ggx.reflected_pdf(wo, m);
+  return fresnel_conductor(reflectance_, glm::dot(wo, m)) *
+         (ggx.density(m) * ggx.visible(wo, wi) / (4.0 * wo.z));
+}
+
+bool Bsdf::sample(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
+  switch (kind_) {
+    case MaterialKind::Diffuse:
+      out.wi = cosine_hemisphere(sampler.next2());
+      out.pdf = out.wi.z * kInvPi;
+      out.weight = reflectance_;
+      out.specular = false;
+      return out.wi.z > 0.0;
+    case MaterialKind::Mirror:
+      out = {reflect(wo), reflectance_, 0.0, true};
+      return true;
+    case MaterialKind::Conductor: {
+      if (roughness_ == 0.0) {
+        out = {reflect(wo), fresnel_conductor(reflectance_, wo.z), 0.0, true};
+        return true;
+      }
+      Ggx ggx(roughness_);
+      Vec3 m = ggx.sample_normal(wo, sampler.next2());
+      Vec3 wi = 2.0 * glm::dot(wo, m) * m - wo;
+      if (wi.z <= 0.0) return false;
+      // Of the density only the masking of wi is left.
+      double lambda = ggx.lambda(wo);
+      out = {wi, fresnel_conductor(reflectance_, glm::dot(wo, m)) * (ggx.visible(wo, wi) * (1.0 + lambda)),
+             ggx.reflected_pdf(wo, m), false};
+      return out.pdf > 0.0;
+    }
+    default: {
+      Fresnel fresnel = fresnel_dielectric(wo.z, eta_);
+      if (fresnel.total || sampler.next1() < fresnel.reflectance)
+        out = {reflect(wo), Rgb(1.0), 0.0, true};
+      else  // radiance is squeezed into a smaller cone on the denser side
+        out = {refract(wo, eta_, fresnel.cos_transmitted), Rgb(1.0 / (eta_ * eta_)), 0.0, true};
+      return true;
+    }
+  }
+}
+
+}  // namespace tilecast

@@ -1,0 +1,28 @@
+#include "shading/medium.h"
+
+#include <algorithm>
+
+#include "base/counters.h"
+
+namespace tilecast {
+
+Media media_at(const Scene& scene, const Vec3& point) {
+  Media media;
+  if (!std::binary_search(scene.features.begin(), scene.features.end(), "dielectric")) return media;
+  TILECAST_COUNT(medium);
+  Ray line{point, Vec3(0.0, 1.0, 0.0), -kInfinity, kInfinity};
+  std::vector<Crossing> list;
+  crossings(scene, line, list);
+  for (const Crossing& crossing : list) {
+    if (crossing.t > 0.0) break;
+    const Material* material = resolve(scene, line, crossing).material;
+    if (material->kind != MaterialKind::Dielectric) continue;
+    if (crossing.entering)
+      media.enter(material);
+    else
+      media.leave(material);
+  }
+  return media;
+}
+
+}  // namespace tilecast

@@ -1,0 +1,44 @@
+// The GGX microfacet distribution (isotropic), in the local frame: z is the normal.
+//
+// Walter et al. 2007; Smith's height-correlated masking (Heitz 2014); normals sampled by what is visible from wo
+// (Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023).
+#pragma once
+
+#include "base/elementary.h"
+
+namespace tilecast {
+
+class Ggx {
+ public:
+  explicit Ggx(double roughness) : alpha_(roughness * roughness) {}
+
+  double density(const Vec3& m) const {
+    double a2 = alpha_ * alpha_;
+    double k = m.z * m.z * (a2 - 1.0) + 1.0;
+    return a2 / (kPi * k * k);
+  }
+  double lambda(const Vec3& w) const {
+    double t2 = (w.x * w.x + w.y * w.y) / (w.z * w.z);
+    return 0.5 * (std::sqrt(1.0 + alpha_ * alpha_ * t2) - 1.0);
+  }
+  // The share of microfacets seen from both directions.
+  double visible(const Vec3& wo, const Vec3& wi) const { return 1.0 / (1.0 + lambda(wo) + lambda(wi)); }
+  // The density of reflected directions when the microfacet is sampled by sample_normal.
+  double reflected_pdf(const Vec3& wo, const Vec3& m) const {
+    return density(m) / ((1.0 + lambda(wo)) * 4.0 * wo.z);
+  }
+  Vec3 sample_normal(const Vec3& wo, const Vec2& u) const {
+    Vec3 v = glm::normalize(Vec3(alpha_ * wo.x, alpha_ * wo.y, wo.z));
+    double sine, cosine;
+    sincos_2pi(u.x, sine, cosine);
+    double z = std::fma(1.0 - u.y, 1.0 + v.z, -v.z);
+    double r = std::sqrt(std::clamp(1.0 - z * z, 0.0, 1.0));
+    Vec3 h = Vec3(r * cosine, r * sine, z) + v;
+    return glm::normalize(Vec3(alpha_ * h.x, alpha_ * h.y, std::max(h.z, 1e-300)));
+  }
+
+ private:
+  double alpha_;
+};
+
+}  // namespace tilecast
