@@ -8,7 +8,7 @@ const CHECK_AFTER = 400; // milliseconds without a key pressed
 
 export function showSubmit(container, { signal }) {
   let timer = 0;
-  let key = newKey();
+  let sent = { request: null, key: null }; // the last request, should its answer have been lost
   const box = element("textarea", { id: "scene", spellcheck: "false", autocomplete: "off", autocapitalize: "off", wrap: "off",
     "aria-describedby": "faults", placeholder: "Paste a scene, open a file, or pick an example", oninput: edited });
   const examples = element("select", { id: "example", onchange: pick }, element("option", { value: "" }, "Choose an example…"));
@@ -101,12 +101,15 @@ export function showSubmit(container, { signal }) {
     }
     if (!check()) return;
     send.disabled = true;
+    const fields = { name: name.value.trim(), priority: Number(priority.value) };
+    const request = JSON.stringify([box.value, fields]);
+    if (sent.request !== request) sent = { request, key: newKey() };
     try {
-      const job = await submit(box.value, { name: name.value.trim(), priority: Number(priority.value), key, signal });
+      const job = await submit(box.value, { ...fields, key: sent.key, signal });
       location.hash = `#/jobs/${encodeURIComponent(job.id)}`;
     } catch (error) {
       if (signal.aborted) return;
-      if (!(error instanceof Unreachable)) key = newKey(); // the next request is another one
+      if (!(error instanceof Unreachable)) sent.request = null; // answered: the next request is another one
       const errors = error.errors?.length ? error.errors : [{ path: "", message: error.message }];
       show(errors.map((each) => ({ ...each, ...(each.path ? locate(box.value, each.path) : null) })));
     } finally {
