@@ -18,6 +18,8 @@ from .paths import text
 
 Path = checks.Path
 
+_PLACEMENTS = (schema.Reference, schema.AreaLight)
+_IDENTITY = np.eye(4)
 _INHERIT = -1  # the material of a placement that names none
 _GREY = schema.Diffuse(type="diffuse")  # the material of what has none at all
 
@@ -107,10 +109,11 @@ class _Compiler:
 
         placed = self._place([*seen, *area])
         materials = [node.material for node in placed[:len(seen)]] + [self._shine(light) for _, light in area]
-        grey = self._material(("scene",), _GREY)
+        if _INHERIT in materials:
+            grey = self._material(("scene",), _GREY)
+            materials = [grey if material == _INHERIT else material for material in materials]
         with _at(()):
-            root = builder.group(*_arrays(placed, [grey if m == _INHERIT else m for m in materials]),
-                                 accelerator=scene.render.accelerator)
+            root = builder.group(*_arrays(placed, materials), accelerator=scene.render.accelerator)
         for path, light in lights:
             if isinstance(light, schema.PointLight):
                 with _at(path):
@@ -143,7 +146,7 @@ class _Compiler:
     def _place(self, nodes: Sequence[tuple[Path, Any]]) -> list[_Placed]:
         """Compiles placements (references, objects in place, area lights), all their transforms at once. A reference's
         transform comes after its object's own; of the two materials the object's own, the inner one, counts."""
-        inner = [self._inner(path, node) for path, node in nodes]
+        inner = self._inner(nodes)
         matrices = transforms.matrices([node.transform for _, node in nodes])
         combined = transforms.product(matrices, np.array([found.matrix for found in inner]).reshape(-1, 4, 4))
         for index, message in transforms.problems(combined):
@@ -155,13 +158,18 @@ class _Compiler:
         material = getattr(node, "material", None)  # an area light has none here
         return _INHERIT if material is None else self._material((*path, "material"), material)
 
-    def _inner(self, path: Path, node: Any) -> _Placed:
-        """What a node places, before its own transform."""
-        if not isinstance(node, (schema.Reference, schema.AreaLight)):
-            return _Placed(self._object(path, node), _IDENTITY, _INHERIT)
-        if isinstance(node.object, str):
-            return self.named[node.object]
-        return self._place([((*path, "object"), node.object)])[0]
+    def _inner(self, nodes: Sequence[tuple[Path, Any]]) -> list[_Placed]:
+        """What each node places, before its own transform."""
+        in_place = [((*path, "object"), node.object) for path, node in nodes
+                    if isinstance(node, _PLACEMENTS) and not isinstance(node.object, str)]
+        placed = iter(self._place(in_place) if in_place else ())
+        found = []
+        for path, node in nodes:
+            if not isinstance(node, _PLACEMENTS):
+                found.append(_Placed(self._object(path, node), _IDENTITY, _INHERIT))
+            else:
+                found.append(self.named[node.object] if isinstance(node.object, str) else next(placed))
+        return found
 
     def _object(self, path: Path, node: Any) -> int:
         """Hands one object to the core; its handle."""
@@ -237,9 +245,6 @@ class _Compiler:
         """The material of an area light: black, and it emits."""
         black = schema.Diffuse(type="diffuse", reflectance=[0.0, 0.0, 0.0], emission=light.radiance)
         return self._material(("lights",), black)
-
-
-_IDENTITY = np.eye(4)
 
 
 def _arrays(placed: Sequence[_Placed], materials: Sequence[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

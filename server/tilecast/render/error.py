@@ -1,0 +1,111 @@
+"""The error of an image, estimated from the image alone.
+
+Even and odd samples make two independent images A and B (means of nA and nB samples). Of their weighted mean I, over n
+samples, D^2 with D = A - B tells the error without a reference: v = D^2 nA nB / n^2 has the expectation of (I - R)^2, for
+every pixel and channel, whatever the distribution. `mse` is the mean of v over pixels and channels.
+
+`relative_mse` is the mean of v / (R^2 + 0.01). Taking the noisy I for the unknown R would call pixels finished that have
+not met the light yet, and noise in the denominator biases the quotient; so R is taken from the neighbourhood, by the local
+linear filter of J.-S. Lee (Digital Image Enhancement and Noise Filtering by Use of Local Statistics, PAMI 1980): towards
+the mean of a window where noise explains the window's variance, I itself where it does not. As v falls, it becomes I.
+
+The 95% interval is for the true error of this very image, (I - R)^2 averaged, which scatters as v does about the same
+expectation. With the covariance S of a pixel's mean over the channels, (I - R)^2 and v, each averaged over the 3 channels,
+differ by a variance of 4 tr(S^2) / 9: their fourth cumulants cancel, so this too holds for every distribution. tr(S^2) is
+estimated without bias from two contrasts D1 and D2 over disjoint samples (those up to the checkpoint before and those
+since, n1 and n2 in number): E[(D1 . D2)^2] = 16 n^2 tr(S^2) / (n1 n2). At the first checkpoint, which has no other before
+it, the spread of v over the pixels bounds it: tr(S^2) <= E[v]^2 * 9, and E[v]^2 <= E[v^2] / 3 where noise is normal.
+Pixels are independent, so the variances V add up, and the interval is mse exp(+-1.96 sqrt(V) / mse): symmetric on the
+logarithmic axis on which errors are drawn. `low` and `high` are those of `relative_mse`, from D and v divided by its
+denominator.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+PARTIALS = 4  # numbers that a tile contributes: sums over its pixels of v, its variance, and both again relative
+_FLOOR = 0.01  # added to R^2, so that black pixels count
+_NORMAL_95 = 1.959963984540054
+_WIDEST = 10.0  # of the logarithm's interval: beyond a factor of 20,000 there is nothing to tell
+_RADIUS = 2  # of Lee's window: 5 x 5 pixels
+
+
+@dataclass(frozen=True)
+class ErrorEstimate:
+    """Mean squared error over pixels and channels (linear RGB), with its 95% interval; and the same relative to the
+    image: mean((I - R)^2 / (R^2 + 0.01)), whose interval is low .. high."""
+    mse: float
+    mse_low: float
+    mse_high: float
+    relative_mse: float
+    low: float
+    high: float
+
+    def to_json(self) -> dict[str, float]:
+        return asdict(self)
+
+
+def tile_partials(sums: np.ndarray, samples: int, before: np.ndarray | None,
+                  samples_before: int) -> tuple[np.ndarray, np.ndarray]:
+    """What a tile contributes to the estimate at a checkpoint, and the contrast to keep for the next one.
+
+    `sums`: float64 [2, h, w, 3], even and odd samples apart, `samples` (at least 2) in all. `before`: the contrast of the
+    checkpoint before, at `samples_before`. Returns float64 [4] and float32 [h, w, 3].
+    """
+    n, n_a, n_b = samples, (samples + 1) // 2, samples // 2
+    mean = (sums[0] + sums[1]) / n
+    contrast = sums[0] / n_a - sums[1] / n_b
+    variance = contrast * contrast * (n_a * n_b / n**2)
+    weight = 1 / (_smoothed(mean, variance) ** 2 + _FLOOR)
+
+    square = variance.mean(axis=2)
+    relative = (variance * weight).mean(axis=2)
+    if before is None:
+        spread, relative_spread = 4 / 3 * square**2, 4 / 3 * relative**2
+    else:
+        n1, n2 = samples_before, n - samples_before
+        # n D - n1 D1 is, but for a term of 1/n^2 where n is odd, the contrast of the samples since.
+        both = before * (n * contrast - n1 * before.astype(np.float64)) * (1 / n2)
+        scale = n1 * n2 / (4 * n**2 * 9)
+        spread, relative_spread = both.sum(axis=2) ** 2 * scale, (both * weight).sum(axis=2) ** 2 * scale
+    partials = np.array([square.sum(), spread.sum(), relative.sum(), relative_spread.sum()])
+    return partials, contrast.astype(np.float32)
+
+
+def estimate(partials: np.ndarray, pixels: int) -> ErrorEstimate:
+    """The estimate of an image of so many pixels from its tiles' partials, float64 [tiles, 4]."""
+    square, spread, relative, relative_spread = (math.fsum(column) for column in partials.T)
+    return ErrorEstimate(*_interval(square / pixels, spread / pixels**2),
+                         *_interval(relative / pixels, relative_spread / pixels**2))
+
+
+def _interval(value: float, variance: float) -> tuple[float, float, float]:
+    if not value > 0:
+        return value, value, value
+    width = min(_NORMAL_95 * math.sqrt(variance) / value, _WIDEST)
+    return value, value * math.exp(-width), value * math.exp(width)
+
+
+def _smoothed(mean: np.ndarray, variance: np.ndarray) -> np.ndarray:
+    """Lee's estimate of the noiseless tile. One gain for all channels, from the sums of their variances."""
+    local = _window_mean(mean)
+    noise = _window_mean(variance.sum(axis=2, keepdims=True))
+    total = _window_mean(((mean - local) ** 2).sum(axis=2, keepdims=True))
+    gain = np.maximum(total - noise, 0) / np.where(total > 0, total, 1)
+    return local + gain * (mean - local)
+
+
+def _window_mean(image: np.ndarray) -> np.ndarray:
+    """The mean over a window around each pixel, cut at the edges; float64 [h, w, c]."""
+    for axis in (0, 1):
+        size = image.shape[axis]
+        total = np.concatenate([np.zeros_like(image.take([0], axis)), np.cumsum(image, axis)], axis)
+        at = np.arange(size)
+        low, high = np.maximum(at - _RADIUS, 0), np.minimum(at + _RADIUS + 1, size)
+        shape = (-1, 1, 1) if axis == 0 else (1, -1, 1)
+        image = (total.take(high, axis) - total.take(low, axis)) / (high - low).reshape(shape)
+    return image

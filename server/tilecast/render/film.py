@@ -1,0 +1,176 @@
+"""The image in the making: sums of samples, tile by tile.
+
+The ranges of a tile are added in the order of the plan whatever the order in which they arrive, so the bits of the image
+do not depend on threads, machines or tile size. What a tile holds is never changed in place but replaced as a whole: a
+reader in another thread always sees one consistent state.
+"""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from . import error
+from .plan import Chunk, Plan, Tile
+
+_FORMAT = 1  # of saved tiles
+
+
+@dataclass(frozen=True)
+class _TileState:
+    sums: np.ndarray | None = None  # float64 [2, h, w, 3]: even samples, odd samples; None: nothing yet
+    ranges: int = 0  # added so far
+    contrast: np.ndarray | None = None  # float32 [h, w, 3], of the last checkpoint (see error)
+    partials: np.ndarray = field(default_factory=lambda: np.empty((0, error.PARTIALS)))  # [checkpoints so far, 4]
+    rays: tuple[int, int, int] = (0, 0, 0)  # camera, bounce, shadow
+    seconds: float = 0.0  # of work, over all threads
+
+
+class Film:
+    """The sums of every tile of a plan. `limit` holds ranges back: those from it on are kept aside, as if they had not
+    arrived, until it is raised (see `allow`)."""
+
+    def __init__(self, plan: Plan):
+        self.plan = plan
+        self.limit = len(plan.ranges)
+        self.samples = 0  # taken, over all pixels
+        self._tiles = [_TileState() for _ in plan.tiles]
+        self._waiting: list[dict[int, tuple]] = [{} for _ in plan.tiles]
+        self._at_checkpoint = [0] * len(plan.checkpoints)  # tiles that are there
+        self._position = {index: k for k, index in enumerate(plan.checkpoints)}
+
+    def add(self, chunk: Chunk, sums: np.ndarray, rays: tuple[int, int, int] = (0, 0, 0),
+            seconds: float = 0.0) -> bool:
+        """Takes the sums of a chunk, float64 [2, h, w, 3]; whether the tile has changed by it. A chunk that comes twice
+        counts once: its sums are the same each time."""
+        tile = chunk.tile
+        expected = (2, tile.height, tile.width, 3)
+        if np.shape(sums) != expected:
+            raise ValueError(f"the sums of a chunk of tile {tile.column}, {tile.row} must be {expected}, "
+                             f"got {np.shape(sums)}")
+        waiting = self._waiting[tile.index]
+        if chunk.range >= self._tiles[tile.index].ranges:
+            waiting.setdefault(chunk.range, (np.asarray(sums, np.float64), tuple(rays), seconds))
+        return self._drain(tile)
+
+    def allow(self, limit: int) -> list[Tile]:
+        """Lets ranges below `limit` be added; the tiles that have changed by it."""
+        self.limit = limit
+        return [tile for tile in self.plan.tiles if self._drain(tile)]
+
+    def drop_waiting(self) -> None:
+        """Forgets what has arrived but is held back."""
+        for waiting in self._waiting:
+            waiting.clear()
+
+    def _drain(self, tile: Tile) -> bool:
+        waiting, state = self._waiting[tile.index], self._tiles[tile.index]
+        before = state.ranges
+        while state.ranges < self.limit and state.ranges in waiting:
+            state = self._advanced(state, *waiting.pop(state.ranges))
+        self._put(tile, state)
+        return state.ranges > before
+
+    def _advanced(self, state: _TileState, sums: np.ndarray, rays: tuple, seconds: float) -> _TileState:
+        """The state with the next range added."""
+        done = state.ranges + 1
+        # The first sums are taken as they are, not added to zero: so -0.0 stays what it is, whatever the order.
+        total = sums if state.sums is None else state.sums + sums
+        partials, contrast = state.partials, state.contrast
+        at = self._position.get(state.ranges)
+        if at is not None:
+            before = self.plan.samples_after(self.plan.checkpoints[at - 1] + 1) if at else 0
+            row, contrast = error.tile_partials(total, self.plan.samples_after(done), contrast, before)
+            partials = np.vstack([partials, row])
+        return _TileState(total, done, contrast, partials,
+                          tuple(a + b for a, b in zip(state.rays, rays)), state.seconds + seconds)
+
+    def _put(self, tile: Tile, state: _TileState) -> None:
+        before = self._tiles[tile.index].ranges
+        self._tiles[tile.index] = state
+        for index in range(before, state.ranges):
+            self.samples += tile.width * tile.height * self.plan.ranges[index][1]
+            if index in self._position:
+                self._at_checkpoint[self._position[index]] += 1
+
+    # --- What is there
+
+    @property
+    def checkpoints_done(self) -> int:
+        """Checkpoints of the plan that every tile has reached."""
+        return next((k for k, tiles in enumerate(self._at_checkpoint) if tiles < len(self._tiles)),
+                    len(self._at_checkpoint))
+
+    def error(self, checkpoint: int) -> error.ErrorEstimate:
+        """The estimate at a checkpoint that every tile has reached, counted from 0."""
+        rows = np.array([state.partials[checkpoint] for state in self._tiles])
+        return error.estimate(rows, self.plan.width * self.plan.height)
+
+    def tile_version(self, tile: Tile) -> int:
+        """How often the tile has changed: the number of its ranges that are added."""
+        return self._tiles[tile.index].ranges
+
+    def tile_samples(self, tile: Tile) -> int:
+        """Samples of each pixel of the tile."""
+        return self.plan.samples_after(self._tiles[tile.index].ranges)
+
+    def tile_pixels(self, tile: Tile) -> np.ndarray:
+        """The tile as it stands: float32 [h, w, 3], linear RGB; 0 where there is no sample yet."""
+        state = self._tiles[tile.index]
+        if state.sums is None:
+            return np.zeros((tile.height, tile.width, 3), np.float32)
+        return ((state.sums[0] + state.sums[1]) / self.plan.samples_after(state.ranges)).astype(np.float32)
+
+    def pixels(self) -> np.ndarray:
+        """The image as it stands: float32 [height, width, 3]."""
+        image = np.zeros((self.plan.height, self.plan.width, 3), np.float32)
+        for tile in self.plan.tiles:
+            if self._tiles[tile.index].sums is not None:
+                image[tile.y:tile.y + tile.height, tile.x:tile.x + tile.width] = self.tile_pixels(tile)
+        return image
+
+    @property
+    def rays(self) -> tuple[int, int, int]:
+        """Camera, bounce and shadow rays behind what is added."""
+        return tuple(sum(state.rays[kind] for state in self._tiles) for kind in range(3))
+
+    @property
+    def seconds(self) -> float:
+        """Work behind what is added, summed over all threads."""
+        return sum(state.seconds for state in self._tiles)
+
+    # --- Storing
+
+    def save_tile(self, tile: Tile) -> bytes:
+        """All that is needed to go on with this tile (an NPZ archive); the inverse of `load_tile`."""
+        state = self._tiles[tile.index]
+        if state.sums is None:
+            raise ValueError(f"tile {tile.column}, {tile.row} has no samples to save yet")
+        out = io.BytesIO()
+        optional = {} if state.contrast is None else {"contrast": state.contrast}
+        np.savez(out, format=np.int64(_FORMAT), tile=self._identity(tile), ranges=np.int64(state.ranges),
+                 sums=state.sums, partials=state.partials, rays=np.array(state.rays, np.int64),
+                 seconds=np.float64(state.seconds), **optional)
+        return out.getvalue()
+
+    def load_tile(self, tile: Tile, data: bytes) -> None:
+        """Takes up what `save_tile` stored. ValueError where it is damaged or belongs to another plan or tile."""
+        try:
+            with np.load(io.BytesIO(data), allow_pickle=False) as stored:
+                arrays = dict(stored)
+            same = int(arrays["format"]) == _FORMAT and np.array_equal(arrays["tile"], self._identity(tile))
+            state = _TileState(arrays["sums"], int(arrays["ranges"]), arrays.get("contrast"), arrays["partials"],
+                               tuple(int(count) for count in arrays["rays"]), float(arrays["seconds"]))
+        except Exception as problem:  # zipfile, zlib and numpy each have their own errors for damaged bytes
+            raise ValueError(f"the stored tile {tile.column}, {tile.row} is damaged: {problem}") from problem
+        if not same or state.sums.shape != (2, tile.height, tile.width, 3) \
+                or len(state.partials) != sum(index < state.ranges for index in self.plan.checkpoints):
+            raise ValueError(f"the stored tile {tile.column}, {tile.row} belongs to another plan or tile")
+        if self._tiles[tile.index].ranges:
+            raise ValueError(f"tile {tile.column}, {tile.row} has samples already")
+        self._put(tile, state)
+
+    def _identity(self, tile: Tile) -> np.ndarray:
+        return np.array([tile.x, tile.y, tile.width, tile.height, self.plan.samples], np.int64)

@@ -1,0 +1,96 @@
+"""Renders on the threads of this process: the road of the command line and of Python."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..scene.compiler import Compiled
+from ..scene.schema import Stop
+from .dispatch import Dispatcher
+from .plan import Chunk, make_plan
+from .rendering import ChunkResult, Event, Rendering
+
+
+@dataclass(frozen=True)
+class Image:
+    """A rendered image: linear RGB, with its estimated error and the statistics of `--stats`."""
+    pixels: np.ndarray
+    """float32 [h, w, 3]"""
+    error: dict[str, float | None]
+    stats: dict[str, Any]
+
+
+def render(compiled: Compiled, *, samples: int | None = None, threads: int | None = None,
+           on_event: Callable[[Event, Rendering], None] | None = None, stop: Stop | None = None,
+           tile_size: int | None = None) -> Image:
+    """Renders a scene; `samples` and `stop` come from the scene where they are not given, `threads` is one a core.
+
+    `on_event(event, rendering)` is called on another thread for each tile and point of the error curve as it comes.
+    Neither `threads` nor `tile_size` changes a pixel. A sample that is NaN or infinite raises the core's SampleError.
+    """
+    document = compiled.document
+    plan = make_plan(compiled.scene.width, compiled.scene.height,
+                     document.render.samples if samples is None else samples, tile_size)
+    threads = threads or len(os.sched_getaffinity(0))
+    work = _Work(compiled, Rendering(plan, document.render.stop if stop is None else stop), on_event)
+    executor = ThreadPoolExecutor(threads, "render")
+    dispatcher = Dispatcher(executor, threads)
+    try:
+        dispatcher.add(work)
+        work.ended.wait()
+    finally:
+        dispatcher.close()
+        executor.shutdown(cancel_futures=True)
+    if work.error is not None:
+        raise work.error
+    stats = work.rendering.statistics(compiled.facts())
+    return Image(work.rendering.film.pixels(), stats["error"], stats)
+
+
+def render_chunk(compiled: Compiled, chunk: Chunk) -> ChunkResult:
+    """Renders one chunk, on this thread."""
+    start = time.perf_counter()
+    tile = chunk.tile
+    sums = compiled.scene.render_chunk(tile.x, tile.y, tile.width, tile.height, chunk.first, chunk.count)
+    return ChunkResult(sums.sums, sums.rays, time.perf_counter() - start)
+
+
+class _Work:
+    """The one rendering, as the dispatcher sees it."""
+
+    key = owner = "image"
+    priority = 0
+
+    def __init__(self, compiled: Compiled, rendering: Rendering,
+                 on_event: Callable[[Event, Rendering], None] | None):
+        self.compiled = compiled
+        self.rendering = rendering
+        self.on_event = on_event
+        self.error: BaseException | None = None
+        self.ended = threading.Event()
+
+    def next(self) -> Chunk | None:
+        return None if self.error else self.rendering.next_chunk()
+
+    def submit(self, executor: Executor, chunk: Chunk) -> Future:
+        return executor.submit(render_chunk, self.compiled, chunk)
+
+    def done(self, chunk: Chunk, result: ChunkResult) -> None:
+        for event in self.rendering.add(chunk, result):
+            if self.on_event:
+                self.on_event(event, self.rendering)
+
+    def failed(self, chunk: Chunk | None, error: BaseException) -> None:
+        self.error = self.error or error
+        self.ended.set()
+
+    def finished(self) -> None:
+        self.ended.set()

@@ -1,0 +1,81 @@
+"""Images as bytes and files: PNG in sRGB, EXR in linear float, thumbnails, half floats for the viewer."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from .. import _core
+
+FORMATS = ("png", "exr")
+
+_CHANNELS = ["R", "G", "B"]
+_HALF_MAX = 65504.0
+
+
+def srgb(pixels: np.ndarray) -> np.ndarray:
+    """Linear RGB in float as sRGB in 8 bits (IEC 61966-2-1), clipped to what a screen shows; the same shape."""
+    linear = np.clip(pixels, 0, 1).astype(np.float32, copy=False)
+    encoded = np.where(linear <= 0.0031308, linear * np.float32(12.92),
+                       np.float32(1.055) * linear ** np.float32(1 / 2.4) - np.float32(0.055))
+    return (encoded * 255 + 0.5).astype(np.uint8)
+
+
+def to_png(pixels: np.ndarray, metadata: Mapping[str, str] | None = None) -> bytes:
+    """A PNG of float32 [h, w, 3], linear RGB: sRGB, 8 bits."""
+    return _core.encode_image("png", np.ascontiguousarray(srgb(pixels)), _CHANNELS, dict(metadata or {}))
+
+
+def to_exr(pixels: np.ndarray, metadata: Mapping[str, str] | None = None) -> bytes:
+    """An OpenEXR file of float32 [h, w, 3], linear RGB, without loss."""
+    return _core.encode_image("exr", np.ascontiguousarray(pixels, np.float32), _CHANNELS, dict(metadata or {}))
+
+
+def to_f16(pixels: np.ndarray) -> bytes:
+    """Half floats, little-endian, row by row, RGB; what is above the largest half (65504) becomes it."""
+    return np.clip(pixels, -_HALF_MAX, _HALF_MAX).astype("<f2").tobytes()
+
+
+def thumbnail(pixels: np.ndarray, size: int = 160) -> bytes:
+    """A PNG whose longer side is at most `size`; averaged in linear light. Smaller images keep their size."""
+    height, width = pixels.shape[:2]
+    scale = min(size / max(height, width), 1)
+    for axis, length in ((0, height), (1, width)):
+        edges = np.linspace(0, length, max(round(length * scale), 1) + 1).round().astype(np.int64)
+        shape = (-1, 1, 1) if axis == 0 else (1, -1, 1)
+        pixels = np.add.reduceat(pixels, edges[:-1], axis) / np.diff(edges).reshape(shape)
+    return to_png(pixels)
+
+
+def encode(suffix: str, pixels: np.ndarray, metadata: Mapping[str, str] | None = None) -> bytes:
+    """The image in the format of a file name's suffix (".png", ".exr"). ValueError for any other."""
+    match suffix.lower():
+        case ".png":
+            return to_png(pixels, metadata)
+        case ".exr":
+            return to_exr(pixels, metadata)
+    raise ValueError(f"an image file ends in .png or .exr, got {suffix or 'no suffix'!r}")
+
+
+def write_file(path: Path, data: bytes) -> None:
+    """Writes a file in one step: under another name first, then renamed. Whoever reads it finds the old or the new."""
+    path = Path(path)
+    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent or Path("."))
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
+        os.chmod(temporary, 0o666 & ~_umask())  # mkstemp lets nobody else read
+        os.replace(temporary, path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+
+
+def _umask() -> int:
+    mask = os.umask(0o022)
+    os.umask(mask)
+    return mask
