@@ -12,7 +12,7 @@ import threading
 from collections import deque
 from collections.abc import Hashable
 from concurrent.futures import Executor, Future
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 _log = logging.getLogger(__name__)
@@ -67,7 +67,7 @@ class _Flight:
     entry: _Entry
     task: Any
     exclusive: bool
-    future: Future | None = field(default=None)
+    future: Future | None = None
 
 
 class Dispatcher:
@@ -116,6 +116,7 @@ class Dispatcher:
             entry.removed = True
             if self._held and self._held.entry is entry:
                 self._held = None
+            self._forget_owner(entry)
             self._wake()
             return True
 
@@ -206,6 +207,7 @@ class Dispatcher:
                 return False
             entry.removed = True
             del self._entries[entry.work.key]
+            self._forget_owner(entry)
             return True
 
     def _start_one(self) -> bool:
@@ -233,7 +235,7 @@ class Dispatcher:
         return True
 
     def _choose(self) -> _Entry | None:
-        """The work whose turn it is; those that are through are dropped by the way of `_taken`."""
+        """The work whose turn it is."""
         ready = [entry for entry in self._entries.values() if not entry.paused and not entry.dry]
 
         def rank(entry: _Entry) -> tuple:
@@ -284,8 +286,14 @@ class Dispatcher:
         if by > 0:
             self._turn += 1
             owner.served = self._turn
-        elif not owner.in_flight and not any(e.work.owner == entry.work.owner for e in self._entries.values()):
-            del self._owners[entry.work.owner]
+        elif entry.removed:
+            self._forget_owner(entry)
+
+    def _forget_owner(self, entry: _Entry) -> None:
+        name = entry.work.owner
+        owner = self._owners.get(name)
+        if owner and not owner.in_flight and all(other.work.owner != name for other in self._entries.values()):
+            del self._owners[name]
 
 
 def _error(future: Future) -> BaseException | None:

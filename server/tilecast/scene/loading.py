@@ -1,0 +1,68 @@
+"""Scenes for Python and the command line: from a file or a dictionary to what can be rendered, in one call."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from . import schema
+from .compiler import Compiled, compile
+from .errors import SceneError
+from .files import folder_opener
+from .overrides import override
+from .parsing import parse, read
+
+
+def load(source: str | Path | dict[str, Any], *, folder: str | Path | None = None,
+         settings: Iterable[str] = ()) -> Compiled:
+    """The compiled, immutable scene in a JSON file or a dictionary. `settings` ("render.samples=16") replace values of
+    it. Mesh files are looked for in `folder`; if it is not given, beside the file, or in the current folder.
+
+    SceneError, with the JSON path, if there is anything wrong; with the path "" if the file itself cannot be read.
+    """
+    start = time.perf_counter()
+    scene, beside = load_document(source, settings)
+    seconds = time.perf_counter() - start
+    compiled = compile(scene, folder_opener(Path(folder) if folder is not None else beside))
+    return dataclasses.replace(compiled, seconds={**compiled.seconds, "load": compiled.seconds["load"] + seconds})
+
+
+def load_document(source: str | Path | dict[str, Any],
+                  settings: Iterable[str] = ()) -> tuple[schema.Scene, Path]:
+    """The checked scene, not compiled, and the folder that its mesh files are relative to."""
+    if isinstance(source, dict):
+        return parse(override(read(source), settings)), Path()
+    path = Path(source)
+    try:
+        text = path.read_bytes()
+    except OSError as error:
+        raise SceneError("", f"the scene file cannot be read: {error.strerror}") from None
+    except ValueError as error:  # a zero byte in the name
+        raise SceneError("", f"the scene file cannot be read: {error}") from None
+    settings = list(settings)
+    return parse(override(read(text), settings) if settings else text), path.parent
+
+
+def mesh(vertices: np.ndarray, faces: np.ndarray, accelerator: str = "auto") -> _core.Scene:
+    """A scene of one mesh, for ray queries alone: vertices [n, 3] and faces [m, 3] as arrays or lists. SceneError where
+    they are no mesh."""
+    try:
+        # Copies nothing that has the right type already. Negative indices would turn into large ones.
+        indices = np.asarray(faces)
+        if indices.size and indices.min() < 0:
+            raise SceneError("faces", "must not be negative")
+        builder = _core.SceneBuilder()
+        handle = builder.mesh(np.ascontiguousarray(vertices, np.float64),
+                              np.ascontiguousarray(indices, np.uint32), accelerator=accelerator)
+        grey = builder.material("diffuse")
+        root = builder.group(np.array([handle], np.int32), np.eye(4)[None], np.array([grey], np.int32))
+        builder.perspective((0, 0, 1), (0, 0, 0), (0, 1, 0), 40, 1, 1)
+        return builder.build(root)
+    except _core.Error as error:
+        raise SceneError("", str(error)) from None
