@@ -1,0 +1,5 @@
+"""`python -m tilecast`: the command line."""
+
+from .cli import main
+
+main()
