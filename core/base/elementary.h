@@ -11,14 +11,16 @@ inline void sincos_2pi(double u, double& sine, double& cosine) {
   int quadrant = static_cast<int>(4.0 * u + 0.5);
   double r = (u - 0.25 * quadrant) * (2.0 * kPi);  // |r| <= pi / 4
   double r2 = r * r;
-  double s = 1.0 / 6227020800.0;  // Taylor, Horner with fused multiply-add
+  double s = -1.0 / 1307674368000.0;  // Taylor, Horner with fused multiply-add
+  s = std::fma(s, r2, 1.0 / 6227020800.0);
   s = std::fma(s, r2, -1.0 / 39916800.0);
   s = std::fma(s, r2, 1.0 / 362880.0);
   s = std::fma(s, r2, -1.0 / 5040.0);
   s = std::fma(s, r2, 1.0 / 120.0);
   s = std::fma(s, r2, -1.0 / 6.0);
   s = std::fma(s * r2, r, r);
-  double c = -1.0 / 87178291200.0;
+  double c = 1.0 / 20922789888000.0;
+  c = std::fma(c, r2, -1.0 / 87178291200.0);
   c = std::fma(c, r2, 1.0 / 479001600.0);
   c = std::fma(c, r2, -1.0 / 3628800.0);
   c = std::fma(c, r2, 1.0 / 40320.0);
@@ -36,7 +38,7 @@ inline void sincos_2pi(double u, double& sine, double& cosine) {
 
 // e^x for x <= 0.
 inline double exp_negative(double x) {
-  if (!(x > -700.0)) return 0.0;
+  if (!(x > -708.0)) return 0.0;  // e^-708 is about the least normal number
   double k = std::nearbyint(x * 1.4426950408889634);
   double r = std::fma(-k, 1.9082149292705877e-10, std::fma(-k, 0.6931471803691238, x));  // ln 2 in two parts
   double e = 1.0;

@@ -15,13 +15,21 @@
 #include "base/box.h"
 #include "base/ray.h"
 
+#include <bit>
+
 namespace tilecast {
 
 inline constexpr float kBoxPadding = 0x1p-19f;
 inline constexpr double kGrid = 0x1p-36;
 
 // Rounds to a multiple of 2^-36, then to float.
-inline float to_grid(double x) { return static_cast<float>(std::nearbyint(x / kGrid) * kGrid); }
+inline float to_grid(double x) { return static_cast<float>(std::rint(x * (1.0 / kGrid)) * kGrid); }
+
+// 2^-e for a normal number in [2^e, 2^(e + 1)), with e in [-1022, 1022].
+inline double power_below_reciprocal(double x) {
+  uint64_t exponent = (std::bit_cast<uint64_t>(x) >> 52) & 0x7ff;
+  return std::bit_cast<double>((0x7fe - exponent) << 52);
+}
 
 struct Frame {
   Vec3 centre{0.0};
@@ -33,11 +41,11 @@ struct Frame {
     frame.centre = box.centre();
     double half = std::max(max_abs(box.hi - frame.centre), max_abs(box.lo - frame.centre));
     if (half > 0.0 && std::isfinite(half)) frame.scale = std::ldexp(1.0, std::ilogb(half) + 1);
-    frame.scale = std::clamp(frame.scale, 0x1p-1000, 0x1p1000);
+    frame.scale = std::clamp(frame.scale, 0x1p-500, 0x1p500);
     return frame;
   }
 
-  Vec3 to_frame(const Vec3& p) const { return (p - centre) / scale; }
+  Vec3 to_frame(const Vec3& p) const { return (p - centre) * (1.0 / scale); }
   Vec3 from_frame(const Vec3& p) const { return centre + scale * p; }
 };
 
@@ -49,18 +57,17 @@ struct FrameRay {
   float shear_x, shear_y;
   Vec3 origin64, direction64;  // before rounding
   double shear_x64, shear_y64;
-  double t_start, t_scale;
+  double t_start, t_scale, s_scale;  // s_scale = 1 / t_scale, both powers of two
+  float slack;                       // in s: what the sums with t_start lose, far from the content
 
-  // The ray's t as a parameter s, rounded up to float.
+  // The ray's t as a parameter s in float, no less (no more) than it is; culling alone looks at it.
   float s_above(double t) const {
-    double s = t / t_scale - t_start;
-    float rounded = static_cast<float>(s);
-    return rounded < s ? std::nextafter(rounded, std::numeric_limits<float>::infinity()) : rounded;
+    float s = static_cast<float>(t * s_scale - t_start);
+    return s + std::fabs(s) * 0x1p-22f + slack;
   }
   float s_below(double t) const {
-    double s = t / t_scale - t_start;
-    float rounded = static_cast<float>(s);
-    return rounded > s ? std::nextafter(rounded, -std::numeric_limits<float>::infinity()) : rounded;
+    float s = static_cast<float>(t * s_scale - t_start);
+    return s - std::fabs(s) * 0x1p-22f - slack;
   }
 };
 
@@ -68,12 +75,13 @@ struct FrameRay {
 inline bool enter_frame(const Frame& frame, const Ray& ray, FrameRay& out) {
   Vec3 origin = frame.to_frame(ray.origin);
   double largest = max_abs(ray.direction);
-  if (!(largest > 0.0) || !std::isfinite(largest)) return false;
-  int exponent = std::ilogb(largest);
-  Vec3 direction{std::ldexp(ray.direction.x, -exponent), std::ldexp(ray.direction.y, -exponent),
-                 std::ldexp(ray.direction.z, -exponent)};
-  out.t_scale = std::ldexp(frame.scale, -exponent);
+  if (!(largest >= 0x1p-1000 && largest <= 0x1p1000)) return false;
+  double normalise = power_below_reciprocal(largest);
+  Vec3 direction = ray.direction * normalise;
+  out.t_scale = frame.scale * normalise;
+  out.s_scale = 1.0 / out.t_scale;
   out.t_start = -glm::dot(origin, direction) / glm::dot(direction, direction);
+  out.slack = static_cast<float>(std::fabs(out.t_start) * 0x1p-50);
   Vec3 start = origin + out.t_start * direction;
   // Content lies within sqrt(3) of the centre; !(<=) also catches NaN.
   if (!(glm::dot(start, start) <= 4.0)) return false;

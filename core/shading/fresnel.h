@@ -1,8 +1,8 @@
 // Fresnel reflection and refraction at a smooth dielectric boundary.
 //
-// Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007, equation 22, rearranged: with
-// g = eta cos(theta_t), g - c is computed as (eta^2 - 1) / (g + c), which does not cancel near eta = 1. Whether the
-// reflection is total is decided once, here.
+// Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007, equation 22, rearranged so that
+// nothing cancels: with g = eta cos(theta_t), g - c is (eta^2 - 1) / (g + c), and c (g -+ c) +- 1 is c g +- sin^2.
+// Whether the reflection is total is decided once, here.
 #pragma once
 
 #include "base/vec.h"
@@ -18,13 +18,15 @@ struct Fresnel {
 // cos_incident in [0, 1]; eta: index of refraction behind the boundary over that in front of it.
 inline Fresnel fresnel_dielectric(double cos_incident, double eta) {
   double c = cos_incident;
-  double k = (eta - 1.0) * (eta + 1.0);
-  double g2 = k + c * c;
+  // g^2 = eta^2 + c^2 - 1, the squares with their rounding errors; the 1 is taken where it cancels exactly.
+  double eta2 = eta * eta, c2 = c * c;
+  double rest = std::fma(eta, eta, -eta2) + std::fma(c, c, -c2);
+  double g2 = (c2 >= 0.5 ? eta2 + (c2 - 1.0) : c2 + (eta2 - 1.0)) + rest;
   if (g2 <= 0.0) return {1.0, 0.0, true};
   double g = std::sqrt(g2);
-  double difference = k / (g + c);
-  double a = difference / (g + c);
-  double b = (c * (g + c) - 1.0) / (c * difference + 1.0);
+  double sin2 = (1.0 - c) * (1.0 + c);
+  double a = (eta - 1.0) * (eta + 1.0) / ((g + c) * (g + c));
+  double b = (c * g - sin2) / (c * g + sin2);
   return {std::min(1.0, 0.5 * a * a * (1.0 + b * b)), g / eta, false};
 }
 

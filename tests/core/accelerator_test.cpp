@@ -1,0 +1,124 @@
+// Brute force is the oracle: t, primitive, u and v are the same, bit for bit.
+#include <gtest/gtest.h>
+
+#include "scenes.h"
+
+namespace tilecast {
+namespace {
+
+using namespace testing;
+
+// Meshes and solids in instances of instances, some on top of each other.
+std::shared_ptr<const Scene> crowd(const char* accelerator, uint64_t seed) {
+  std::mt19937_64 random(seed);
+  SceneBuilder builder;
+  uint32_t sphere = builder.add_solid(Sphere{0.4}), block = builder.add_solid(Block{Vec3(-0.3), Vec3(0.3)});
+  uint32_t cylinder = builder.add_solid(Cylinder{0.2, 0.8}), rectangle = builder.add_rectangle(1.0, 0.7);
+  uint32_t cube = builder.add_mesh(gridded_cube(4).build(), accelerator);
+  uint32_t ball = builder.add_mesh(icosphere(2).transformed(0.5, Vec3(0.2)).build(), accelerator);
+  uint32_t drilled = builder.add_csg(CsgOperation::Difference, {{block, Affine{}}, {cylinder, Affine{}}});
+  std::vector<InstanceSource> members;
+  for (uint32_t object : {sphere, block, cylinder, rectangle, cube, ball, drilled})
+    for (int i = 0; i < 3; ++i) members.push_back({object, random_affine(random)});
+  members.push_back(members.back());  // the same twice: only the order of primitives tells them apart
+  uint32_t group = builder.add_group(members, accelerator);
+  std::vector<InstanceSource> top;
+  for (int i = 0; i < 5; ++i) top.push_back({group, random_affine(random)});
+  top.push_back({cube, Affine{}});
+  top.push_back({cube, Affine{}});
+  return scene_of(builder, top, accelerator);
+}
+
+TEST(Accelerators, GiveTheHitOfBruteForceBitForBit) {
+  for (uint64_t seed = 1; seed <= 4; ++seed) {
+    auto brute = crowd("none", seed), bvh = crowd("bvh", seed);
+    EXPECT_EQ(brute->accelerator.kind, "none");
+    EXPECT_EQ(bvh->accelerator.kind, "bvh");
+    std::mt19937_64 random(seed);
+    for (int i = 0; i < 1500; ++i) {
+      Ray ray = random_ray(random, i % 2 ? 0.5 : 8.0);
+      if (i % 7 == 0) ray.direction[i % 3] = 0.0;
+      Hit a = closest(*brute, ray), b = closest(*bvh, ray);
+      ASSERT_EQ(a.primitive, b.primitive);
+      ASSERT_EQ(a.t, b.t);
+      ASSERT_EQ(a.u, b.u);
+      ASSERT_EQ(a.v, b.v);
+      ray.t_max = 1.0;
+      ASSERT_EQ(occluded(*brute, ray), occluded(*bvh, ray));
+      ASSERT_EQ(closest(*brute, ray).found(), occluded(*brute, ray));
+      std::vector<Crossing> c, d;
+      crossings(*brute, ray, c);
+      crossings(*bvh, ray, d);
+      ASSERT_EQ(c.size(), d.size());
+      for (size_t k = 0; k < c.size(); ++k) ASSERT_TRUE(c[k].t == d[k].t && c[k].primitive == d[k].primitive);
+    }
+  }
+}
+
+TEST(Accelerators, TellIdenticalPrimitivesApartByTheirOrder) {
+  SceneBuilder builder;
+  uint32_t sphere = builder.add_solid(Sphere{1.0});
+  auto scene = scene_of(builder, std::vector<InstanceSource>(1000, {sphere, Affine{}}), "bvh");
+  Hit hit = closest(*scene, {Vec3(0, 0, 5), Vec3(0, 0, -1)});
+  EXPECT_EQ(hit.primitive, 0u);
+  EXPECT_EQ(hit.t, 4.0);
+}
+
+TEST(Accelerators, BuildAMillionIdenticalTriangles) {
+  MeshSource source{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, std::vector<glm::uvec3>(1000000, {0, 1, 2})};
+  AcceleratedMesh mesh(source.build(), "bvh");
+  EXPECT_LE(mesh.accelerator().stats().nodes, 2000000u);
+  uint32_t first = ~0u;
+  double t_max = kInfinity;
+  mesh.intersect({Vec3(0.2, 0.2, 1), Vec3(0, 0, -1)}, 0.0, t_max, [&](uint32_t face, const TriangleHit&) {
+    first = std::min(first, face);
+    return false;
+  });
+  EXPECT_EQ(first, 0u);
+}
+
+TEST(Scaling, ByAPowerOfTwoScalesTExactly) {
+  std::mt19937_64 random(3);
+  auto build = [](int k) {
+    double s = std::ldexp(1.0, k);
+    SceneBuilder builder;
+    uint32_t ball = builder.add_mesh(icosphere(2).transformed(s, Vec3(0.3 * s)).build(), "bvh");
+    uint32_t sphere = builder.add_solid(Sphere{0.7 * s});
+    return scene_of(builder, {{ball, translate(Vec3(s, 0, 0))}, {sphere, translate(Vec3(-s, 0, 0))}});
+  };
+  auto unit = build(0);
+  for (int k : {-40, -11, 3, 40}) {
+    auto scaled = build(k);
+    for (int i = 0; i < 2000; ++i) {
+      Ray ray = random_ray(random, 5.0);
+      Hit a = closest(*unit, ray), b = closest(*scaled, {ray.origin * std::ldexp(1.0, k), ray.direction});
+      ASSERT_EQ(a.primitive, b.primitive);
+      if (a.found()) { ASSERT_EQ(std::ldexp(a.t, k), b.t); }
+    }
+  }
+}
+
+TEST(Instances, OfMillionsOfMillionsAreNumberedThrough) {
+  SceneBuilder builder;
+  uint32_t object = builder.add_solid(Sphere{0.4});
+  for (int level = 0; level < 9; ++level) {  // 100^9 spheres = 1e18
+    std::vector<InstanceSource> members;
+    for (int i = 0; i < 100; ++i) members.push_back({object, translate({i - 49.5, 0.0, 0.0}) * scale(Vec3(0.01))});
+    object = builder.add_group(members, "bvh");
+    if (level != 3) continue;
+    SceneBuilder four = builder;
+    auto scene = four.build(object, {});
+    EXPECT_EQ(closest(*scene, {Vec3(100, 0, 0), Vec3(-1, 0, 0)}).primitive, 99999999u);
+  }
+  EXPECT_THROW(
+      {
+        std::vector<InstanceSource> more(100, {object, Affine{}});
+        builder.add_group(more, "auto");
+      },
+      Error);
+  auto scene = builder.build(object, {});
+  EXPECT_EQ(scene->objects[scene->root].primitives, 1000000000000000000u);
+}
+
+}  // namespace
+}  // namespace tilecast

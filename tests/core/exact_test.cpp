@@ -1,0 +1,99 @@
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "base/elementary.h"
+#include "base/exact.h"
+#include "base/frame.h"
+#include "base/affine.h"
+
+namespace tilecast {
+namespace {
+
+using Quad = __float128;  // 113 bits: products of floats and their difference are exact
+
+TEST(DifferenceOfProducts, HasTheSignOfTheExactDeterminant) {
+  std::mt19937 random(1);
+  for (int i = 0; i < 1000000; ++i) {
+    // Nearly parallel: (c, d) is (a, b) scaled and rounded, in places exactly.
+    float a = std::ldexp(static_cast<float>(1 + random() % (1 << 24)), -23), b = std::ldexp(static_cast<float>(1 + random() % (1 << 24)), -23);
+    float k = i % 3 == 0 ? 0.5f : static_cast<float>(1 + random() % 1000) / 997.0f;
+    float c = a * k, d = b * k;
+    if (i % 5 == 0) d = std::nextafter(d, 2.0f);
+    Quad exact = Quad(a) * d - Quad(b) * c;
+    float computed = difference_of_products(a, d, b, c);
+    EXPECT_EQ(exact > 0 ? 1 : exact < 0 ? -1 : 0, computed > 0 ? 1 : computed < 0 ? -1 : 0);
+  }
+}
+
+TEST(EdgeSign, IsAntisymmetricAndZeroOnlyOnAnEdgeWithoutLength) {
+  float values[] = {-2.0f, -1.0f, -0.0f, 0.0f, 1.0f, 3.0f};
+  for (float px : values)
+    for (float py : values)
+      for (float qx : values)
+        for (float qy : values) {
+          float w;
+          int forward = edge_sign(px, py, qx, qy, w), backward = edge_sign(qx, qy, px, py, w);
+          EXPECT_EQ(forward, -backward);
+          EXPECT_EQ(forward == 0, px == qx && py == qy);
+        }
+}
+
+TEST(Frame, ScalingByAPowerOfTwoGivesTheSameFloats) {
+  std::mt19937_64 random(2);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  auto point = [&] { return Vec3{unit(random), unit(random), unit(random)}; };
+  for (int i = 0; i < 10000; ++i) {
+    Box box;
+    box.extend(point());
+    box.extend(point());
+    Ray ray{point() * 3.0, box.centre() - point()};
+    int k = static_cast<int>(random() % 81) - 40;
+    double s = std::ldexp(1.0, k);
+    FrameRay a, b;
+    bool in_a = enter_frame(Frame::around(box), ray, a);
+    bool in_b = enter_frame(Frame::around({box.lo * s, box.hi * s}), {ray.origin * s, ray.direction}, b);
+    ASSERT_EQ(in_a, in_b);
+    if (!in_a) continue;
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_EQ(a.origin[c], b.origin[c]);
+      EXPECT_EQ(a.direction[c], b.direction[c]);
+    }
+    EXPECT_EQ(a.t_start * a.t_scale * s, b.t_start * b.t_scale);
+  }
+}
+
+TEST(Elementary, AgreesWithLongDouble) {
+  for (int i = 0; i <= 100000; ++i) {
+    double u = i / 100000.0, s, c;
+    sincos_2pi(u, s, c);
+    long double angle = 2.0L * 3.14159265358979323846264338327950288L * u;
+    EXPECT_NEAR(s, static_cast<double>(std::sin(angle)), 1e-15);
+    EXPECT_NEAR(c, static_cast<double>(std::cos(angle)), 1e-15);
+    double x = -700.0 * u;
+    long double e = std::exp(static_cast<long double>(x));
+    EXPECT_NEAR(exp_negative(x), static_cast<double>(e), 2e-15 * static_cast<double>(e));
+  }
+}
+
+TEST(Affine, RefusesWhatFlattensSpaceAtAnyScale) {
+  for (double scale : {1e-60, 1.0, 1e60}) {
+    Affine flat;
+    flat.linear = glm::dmat3(Vec3(1, 2, 3) * scale, Vec3(4, 5, 6) * scale, Vec3(7, 8, 9) * scale);
+    EXPECT_THROW(inverse(flat), Error);
+    Affine zero_column;
+    zero_column.linear = glm::dmat3(Vec3(scale, 0, 0), Vec3(0), Vec3(0, 0, scale));
+    EXPECT_THROW(inverse(zero_column), Error);
+    Affine fine;
+    fine.linear = glm::dmat3(Vec3(scale, 0, 0), Vec3(0, 1e-8 * scale, 0), Vec3(0, 0, scale));
+    Vec3 p{1.0, 2.0, 3.0};
+    Vec3 back = inverse(fine).point(fine.point(p));
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(back[i], p[i], 1e-14);
+  }
+  Affine nan;
+  nan.linear[1][1] = std::nan("");
+  EXPECT_THROW(inverse(nan), Error);
+}
+
+}  // namespace
+}  // namespace tilecast

@@ -1,0 +1,180 @@
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "base/counters.h"
+#include "render/chunk.h"
+#include "scenes.h"
+#include "shading/bsdf.h"
+
+namespace tilecast {
+namespace {
+
+using namespace testing;
+
+Rgb mean(const Scene& scene, uint32_t samples) {
+  ChunkSums chunk = render_chunk(scene, {0, 0, scene.camera.width(), scene.camera.height()}, 0, samples);
+  Rgb sum(0.0);
+  for (size_t i = 0; i < chunk.sums.size(); ++i) sum[i % 3] += chunk.sums[i];
+  return sum / (double(samples) * scene.camera.width() * scene.camera.height());
+}
+
+std::shared_ptr<const Scene> room(const char* accelerator, bool csg = false, bool light = true) {
+  SceneBuilder builder;
+  builder.set_camera(Camera(Vec3(0, 1, 6), Vec3(0), Vec3(0, 1, 0), 40, 32, 24));
+  int white = builder.add_material({}), lamp = builder.add_material({.emission = Rgb(8.0)});
+  int glass = builder.add_material({.kind = MaterialKind::Dielectric, .absorption = Rgb(0.1, 0.5, 1.0)});
+  uint32_t floor = builder.add_rectangle(6, 6), square = builder.add_rectangle(1, 1);
+  uint32_t ball = builder.add_mesh(icosphere(2).build(), accelerator), block = builder.add_solid(Block{Vec3(-0.5), Vec3(0.5)});
+  std::vector<InstanceSource> list{{floor, translate(Vec3(0, -1, 0)), white}, {ball, translate(Vec3(-1, 0, 0)), glass},
+                                   {block, translate(Vec3(1, -0.5, 0)), white}};
+  if (light) list.push_back({square, translate(Vec3(0, 3, 0)) * rotate(kPi, Vec3(1, 0, 0)), lamp});
+  if (csg)
+    list.push_back({builder.add_csg(CsgOperation::Difference, {{block, Affine{}}, {ball, translate(Vec3(0.6))}}),
+                    translate(Vec3(0, 1, 0)), white});
+  builder.set_background(Rgb(0.2));
+  return scene_of(builder, list, accelerator);
+}
+
+TEST(Chunk, DoesNotDependOnTilesThreadsOrAccelerators) {
+  auto scene = room("bvh", true), brute = room("none", true);
+  ChunkSums whole = render_chunk(*scene, {0, 0, 32, 24}, 4, 4);
+  EXPECT_EQ(whole.sums, render_chunk(*brute, {0, 0, 32, 24}, 4, 4).sums);
+  std::vector<std::thread> threads;
+  std::vector<ChunkSums> tiles(12);
+  for (int i = 0; i < 12; ++i)
+    threads.emplace_back([&, i] { tiles[i] = render_chunk(*scene, {i % 4 * 8, i / 4 * 8, 8, 8}, 4, 4); });
+  for (std::thread& thread : threads) thread.join();
+  for (int half = 0; half < 2; ++half)
+    for (int y = 0; y < 24; ++y)
+      for (int x = 0; x < 32; ++x)
+        for (int c = 0; c < 3; ++c)
+          ASSERT_EQ(whole.sums[((half * 24 + y) * 32 + x) * 3 + c],
+                    tiles[y / 8 * 4 + x / 8].sums[((half * 8 + y % 8) * 8 + x % 8) * 3 + c]);
+}
+
+TEST(Features, LeftOutOnesAreNeverEntered) {
+  using namespace counters;
+  auto without = room("bvh", false, false);
+  EXPECT_EQ(std::count(without->features.begin(), without->features.end(), "csg"), 0);
+  csg = 0, shadow = 0, texture = 0, solid = 0;
+  render_chunk(*without, {0, 0, 32, 24}, 0, 4);
+  EXPECT_EQ(csg, 0u);
+  EXPECT_EQ(shadow, 0u);
+  EXPECT_EQ(texture, 0u);
+  EXPECT_GT(solid, 0u);
+  auto with = room("bvh", true);
+  EXPECT_EQ(std::count(with->features.begin(), with->features.end(), "csg"), 1);
+  render_chunk(*with, {0, 0, 32, 24}, 0, 4);
+  EXPECT_GT(csg, 0u);
+  EXPECT_GT(shadow, 0u);
+}
+
+// A white furnace: whatever the material, with reflectance 1 nothing is seen against a background of radiance 1.
+TEST(Furnace, WhiteMaterialsVanish) {
+  for (MaterialKind kind : {MaterialKind::Diffuse, MaterialKind::Mirror, MaterialKind::Conductor, MaterialKind::Dielectric}) {
+    SceneBuilder builder;
+    builder.set_camera(Camera(Vec3(0, 0, 4), Vec3(0), Vec3(0, 1, 0), 40, 16, 16));
+    builder.set_background(Rgb(1.0));
+    int material = builder.add_material({.kind = kind, .reflectance = Rgb(1.0)});
+    uint32_t ball = builder.add_solid(Sphere{1.0});
+    auto scene = scene_of(builder, {{ball, Affine{}, material}}, "auto", {.max_depth = 10000});
+    Rgb value = mean(*scene, 64);
+    EXPECT_NEAR(value.x, 1.0, kind == MaterialKind::Dielectric ? 2e-3 : 1e-9) << static_cast<int>(kind);
+  }
+}
+
+// Inside a closed diffuse sphere that emits E and reflects r everywhere, radiance is E (1 + r + r^2 + ...), cut at the depth.
+TEST(Furnace, AnEmittingSphereFromInside) {
+  for (bool next_event : {true, false}) {
+    SceneBuilder builder;
+    builder.set_camera(Camera(Vec3(0.1, 0.2, 0), Vec3(0, 0, -1), Vec3(0, 1, 0), 60, 16, 16));
+    int material = builder.add_material({.reflectance = Rgb(0.5), .emission = Rgb(1.0)});
+    MeshSource source = icosphere(2);
+    for (auto& f : source.faces) std::swap(f.x, f.y);  // faces inwards
+    uint32_t ball = builder.add_mesh(source.build(), "auto");
+    auto scene = scene_of(builder, {{ball, Affine{}, material}}, "auto", {.max_depth = 6, .next_event = next_event});
+    EXPECT_NEAR(mean(*scene, 256).x, 2.0 - std::ldexp(1.0, -5), 0.01);
+  }
+}
+
+TEST(NextEvent, AgreesWithPathsThatFindTheLightByChance) {
+  auto build = [](bool next_event) {
+    SceneBuilder builder;
+    builder.set_camera(Camera(Vec3(0, 1, 4), Vec3(0), Vec3(0, 1, 0), 30, 8, 8));
+    int rough = builder.add_material({.kind = MaterialKind::Conductor, .reflectance = Rgb(0.8), .roughness = 0.6});
+    int lamp = builder.add_material({.emission = Rgb(1.0)});
+    uint32_t floor = builder.add_rectangle(6, 6);
+    return scene_of(builder, {{floor, Affine{}, rough}, {floor, translate(Vec3(0, 3, 0)) * rotate(kPi, Vec3(1, 0, 0)), lamp}}, "auto",
+                    {.max_depth = 2, .next_event = next_event});
+  };
+  EXPECT_NEAR(mean(*build(true), 1024).x, mean(*build(false), 1024).x, 2e-3);
+}
+
+TEST(PointLight, FollowsTheInverseSquareLaw) {
+  SceneBuilder builder;
+  builder.set_camera(Camera(Vec3(0, 1e-3, 0.1), Vec3(0, 0, 0), Vec3(0, 1, 0), 0.001, 1, 1));
+  int white = builder.add_material({.reflectance = Rgb(0.5)});
+  builder.add_point_light({Vec3(0, 2, 0), Rgb(12.0)});
+  auto scene = scene_of(builder, {{builder.add_rectangle(1, 1), Affine{}, white}});
+  EXPECT_NEAR(mean(*scene, 4).x, 0.5 / kPi * 12.0 / 4.0, 1e-4);
+}
+
+TEST(Absorption, FollowsBeersLawThroughASlab) {
+  SceneBuilder builder;
+  builder.set_camera(Camera(Vec3(0, 0, 5), Vec3(0), Vec3(0, 1, 0), 0.001, 1, 1));
+  builder.set_background(Rgb(1.0));
+  int tinted = builder.add_material({.kind = MaterialKind::Dielectric, .ior = 1.0, .absorption = Rgb(0.0, 0.5, 2.0)});
+  uint32_t slab = builder.add_solid(Block{Vec3(-1, -1, -0.25), Vec3(1, 1, 0.25)});
+  for (double start : {5.0, 0.0}) {  // from outside, and from its middle
+    SceneBuilder b = builder;
+    b.set_camera(Camera(Vec3(0, 0, start), Vec3(0, 0, -9), Vec3(0, 1, 0), 0.001, 1, 1));
+    auto scene = scene_of(b, {{slab, Affine{}, tinted}});
+    Rgb value = mean(*scene, 4);
+    double length = start == 0.0 ? 0.25 : 0.5;
+    EXPECT_NEAR(value.x, 1.0, 1e-12);
+    EXPECT_NEAR(value.y, std::exp(-0.5 * length), 1e-9);
+    EXPECT_NEAR(value.z, std::exp(-2.0 * length), 1e-9);
+  }
+}
+
+TEST(Fresnel, AgreesWithLongDoubleNearAndFarFromOne) {
+  for (double eta : {1.0 + 1e-12, 1.0 - 1e-12, 1.0 + 1e-6, 1.5, 1 / 1.5, 1e3, 1e-3})
+    for (int i = 1; i <= 1000; ++i) {
+      double c = i / 1000.0;
+      Fresnel fresnel = fresnel_dielectric(c, eta);
+      __float128 e = eta, cq = c, s2 = (1 - cq * cq) / (e * e);
+      if (s2 >= 1) {
+        EXPECT_TRUE(fresnel.total);
+        EXPECT_EQ(fresnel.reflectance, 1.0);
+        continue;
+      }
+      // Square root in quadruple precision by Newton's method.
+      __float128 ct = std::sqrt(static_cast<double>(1 - s2));
+      for (int k = 0; k < 3; ++k) ct = (ct + (1 - s2) / ct) / 2;
+      __float128 rs = (cq - e * ct) / (cq + e * ct), rp = (e * cq - ct) / (e * cq + ct);
+      double exact = static_cast<double>((rs * rs + rp * rp) / 2);
+      ASSERT_NEAR(fresnel.reflectance, exact, 64 * kUnitRoundoff * exact) << eta << " " << c;
+    }
+}
+
+TEST(Sampler, HasOneSampleInEachElementaryInterval) {
+  for (uint32_t pixel = 0; pixel < 20; ++pixel)
+    for (uint32_t half = 0; half < 2; ++half) {
+      const int n = 64;
+      for (int columns = 1; columns <= n; columns *= 2) {
+        std::vector<int> first(n), second(n);
+        for (int i = 0; i < n; ++i) {
+          Sampler sampler(pixel, 7, 2 * i + half, 3);
+          for (std::vector<int>* cells : {&first, &second}) {
+            Vec2 u = sampler.next2();
+            ++(*cells)[static_cast<int>(u.x * columns) * (n / columns) + static_cast<int>(u.y * (n / columns))];
+          }
+        }
+        for (int i = 0; i < n; ++i) ASSERT_TRUE(first[i] == 1 && second[i] == 1);
+      }
+    }
+}
+
+}  // namespace
+}  // namespace tilecast
