@@ -12,7 +12,7 @@ Keys:
 import hashlib
 import os
 import secrets
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
@@ -52,6 +52,10 @@ class Blobs:
     def get(self, key: str) -> bytes:
         """The bytes under `key`. Raises `FileNotFoundError`."""
         return bytes(obstore.get(self._store, key).bytes())
+
+    def ranges(self, key: str, starts: Sequence[int], length: int) -> list[bytes]:
+        """`length` bytes from each of `starts`. Raises `FileNotFoundError`."""
+        return [bytes(part) for part in obstore.get_ranges(self._store, key, starts=starts, lengths=[length] * len(starts))]
 
     def has(self, key: str) -> bool:
         try:

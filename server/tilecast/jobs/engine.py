@@ -47,6 +47,8 @@ class Engine(Executor):
 
         `folder` is for Dask's scratch files. Raises `OSError` where the scheduler does not answer.
         """
+        self.on_slots: Callable[[int], None] = lambda slots: None
+        """Called, on a thread of the engine's, when workers came or went."""
         self._address = scheduler
         self._threads = threads or os.cpu_count() or 1
         self._folder = folder
@@ -142,7 +144,8 @@ class Engine(Executor):
 
     def _watch_cluster(self) -> None:
         """Send again what a lost connection left behind, and raise a cluster whose nanny gave up."""
-        empty = 0.0
+        empty, patience = 0.0, _NANNY_GIVEN_UP_SECONDS
+        slots = self.slots()
         while not self._closing.wait(_WATCH_SECONDS):
             try:
                 if self._client.status in ("closed", "closing"):
@@ -150,12 +153,20 @@ class Engine(Executor):
                     self._executor = self._client.get_executor(pure=False)
                 if self._client.status == "running":
                     self._resend()
-                empty = 0.0 if self._cluster is None or self.workers() else empty + _WATCH_SECONDS
-                if empty > _NANNY_GIVEN_UP_SECONDS:
+                if slots != (slots := self.slots()):
+                    self.on_slots(slots)
+                if self._cluster is None:
+                    continue
+                if self.workers():
+                    empty, patience = 0.0, _NANNY_GIVEN_UP_SECONDS
+                    continue
+                empty += _WATCH_SECONDS
+                if empty > patience:
                     log.warning("worker_missing", seconds=empty)
                     self._cluster.scale(0)
                     self._cluster.scale(1)
-                    empty = 0.0
+                    # On a machine so slow that starting takes this long, the next one gets longer.
+                    empty, patience = 0.0, 2 * patience
             except Exception:
                 log.warning("engine_watch_failed", exc_info=True)
 

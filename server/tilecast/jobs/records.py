@@ -19,7 +19,7 @@ class NewJob:
     samples: int
     tile_size: int
     stop: dict
-    statistics: dict | None
+    facts: dict | None
     callback: str | None
     idempotency_key: str | None
     request: str
@@ -50,7 +50,9 @@ class Job:
     event: int
     progress: float
     seconds: float
+    seconds_left: float | None
     relative_mse: float | None
+    facts: dict | None
     statistics: dict | None
     callback: str | None
     callback_due: bool

@@ -6,7 +6,7 @@
          \\--> paused, cancelled        running --server restart--> queued
 
 Nothing here does I/O. `manager.Manager` commits the new status and then carries the commands out, in order; a command
-lost to a kill between the two is made up for when the server starts again (`Recovered`, and the sweep of `blobs`).
+lost to a kill between the two is made up for when the server starts again (`Recovered`, and `sweep`).
 """
 
 from dataclasses import dataclass, replace
@@ -131,7 +131,7 @@ def transition(status: Status, event: Event) -> tuple[Status, list[Command]]:
         case Paused() if state in (State.QUEUED, State.RUNNING):
             return replace(status, state=State.PAUSED), [Command.WITHDRAW]
         case Resumed() if state is State.PAUSED:
-            return replace(status, state=State.QUEUED), [Command.ENQUEUE]
+            return replace(status, state=State.QUEUED, crashes=0), [Command.ENQUEUE]
         case Paused() if state is State.PAUSED:
             return status, []
         case Resumed() if state in (State.QUEUED, State.RUNNING):
@@ -169,7 +169,8 @@ def _crash(status: Status, alone: bool) -> tuple[Status, list[Command]]:
 
 def _recover(status: Status) -> tuple[Status, list[Command]]:
     if status.state in (State.QUEUED, State.RUNNING):
-        return replace(status, state=State.QUEUED), [Command.ENQUEUE]
+        # Which chunks were under suspicion went with the old process: the job starts with a clean slate.
+        return replace(status, state=State.QUEUED, crashes=0), [Command.ENQUEUE]
     if status.state is State.DONE:
         return status, [Command.CLEAN]
     return status, []

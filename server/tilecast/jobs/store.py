@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import fields
+from dataclasses import asdict, fields
 
 from sqlalchemy import (
     Connection,
@@ -79,7 +79,7 @@ class Store:
             with self._write() as connection:
                 if known := _by_key(connection, new.owner, new.idempotency_key, new.request):
                     return known, False
-                unfinished = select(func.count()).where(jobs.c.owner == new.owner, jobs.c.state.in_(ACTIVE))
+                unfinished = select(func.count()).select_from(jobs).where(jobs.c.owner == new.owner, jobs.c.state.in_(ACTIVE))
                 if connection.scalar(unfinished) >= unfinished_limit:
                     message = f"you have {unfinished_limit} jobs that have not ended; wait for one, or cancel one"
                     raise TooMany(message, _RETRY_SECONDS)
@@ -126,14 +126,19 @@ class Store:
             query = select(jobs).where(jobs.c.callback_due).order_by(jobs.c.number)
             return [_to_job(row) for row in connection.execute(query).mappings()]
 
-    def ids(self) -> set[str]:
+    def states(self) -> dict[str, State]:
+        """The state of every job, by its id."""
         with self._engine.connect() as connection:
-            return set(connection.scalars(select(jobs.c.id)))
+            return {row.id: State(row.state) for row in connection.execute(select(jobs.c.id, jobs.c.state))}
 
     def scenes(self) -> set[str]:
         """The digests of the scenes that some job needs."""
         with self._engine.connect() as connection:
             return set(connection.scalars(select(jobs.c.scene).distinct()))
+
+    def needs_scene(self, digest: str) -> bool:
+        with self._engine.connect() as connection:
+            return connection.scalar(select(jobs.c.number).where(jobs.c.scene == digest).limit(1)) is not None
 
     def counts(self) -> dict[State, int]:
         """How many jobs there are in each state."""
@@ -188,24 +193,28 @@ class Store:
                 connection.execute(
                     insert(events), {"job": job, "event": number, "type": "error", "data": point}
                 )
-            before = []
-            for tile in changed:
-                number += 1
-                key = (tiles.c.job == job, tiles.c.index == tile.index)
-                row = {"version": tile.version, "samples": tile.samples, "event": number}
-                old = connection.scalar(select(tiles.c.version).where(*key))
-                if old is None:
-                    connection.execute(insert(tiles), row | {"job": job, "index": tile.index})
-                else:
-                    connection.execute(update(tiles).where(*key).values(row))
-                before.append(old or 0)
+            mine = (tiles.c.job == job, tiles.c.index.in_([tile.index for tile in changed]))
+            rows = connection.execute(select(tiles.c.index, tiles.c.version).where(*mine))
+            before = {row.index: row.version for row in rows}
+            rows = [asdict(tile) | {"job": job, "event": number + 1 + k} for k, tile in enumerate(changed)]
+            number += len(rows)
+            # What is known is deleted, so that one statement can write all.
+            if before:
+                connection.execute(delete(tiles).where(*mine))
+            if rows:
+                connection.execute(insert(tiles), rows)
             connection.execute(update(jobs).where(jobs.c.id == job).values(values | {"event": number}))
-            return before
+            return [before.get(tile.index, 0) for tile in changed]
 
-    def forget_tiles(self, job: str, indices: Sequence[int]) -> None:
-        """Start these tiles again: what was stored of them cannot be read."""
+    def forget_tiles(self, job: str, indices: Sequence[int], points_kept: int) -> None:
+        """Start these tiles again: what was stored of them cannot be read. Of the error curve, only the first
+        `points_kept` points still hold."""
         with self._write() as connection:
             connection.execute(delete(tiles).where(tiles.c.job == job, tiles.c.index.in_(indices)))
+            points = (events.c.job == job, events.c.type == "error")
+            numbers = list(connection.scalars(select(events.c.event).where(*points).order_by(events.c.event)))
+            void = numbers[points_kept:]
+            connection.execute(delete(events).where(events.c.job == job, events.c.event.in_(void)))
 
     def tiles(self, job: str) -> list[TileRow]:
         with self._engine.connect() as connection:
@@ -214,6 +223,12 @@ class Store:
                 TileRow(row["index"], row["version"], row["samples"], row["event"])
                 for row in connection.execute(query).mappings()
             ]
+
+    def tile_version(self, job: str, index: int) -> int:
+        """Sample ranges that are stored of one tile."""
+        with self._engine.connect() as connection:
+            query = select(tiles.c.version).where(tiles.c.job == job, tiles.c.index == index)
+            return connection.scalar(query) or 0
 
     def curve(self, job: str) -> list[dict]:
         """The data of the job's error events, in order."""

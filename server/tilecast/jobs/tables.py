@@ -50,7 +50,9 @@ jobs = Table(
     Column("event", Integer, nullable=False, default=0),
     Column("progress", Float, nullable=False, default=0.0),
     Column("seconds", Float, nullable=False, default=0.0),  # spent rendering
+    Column("seconds_left", Float),
     Column("relative_mse", Float),
+    Column("facts", JSON),  # of the compiled scene, once it was compiled
     Column("statistics", JSON),
     Column("callback", Text),
     Column("callback_due", Boolean, nullable=False, default=False),

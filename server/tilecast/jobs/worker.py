@@ -1,21 +1,20 @@
 """What runs on a worker: compile a scene once, keep it, render its chunks.
 
-Dask imports this module when it starts a local worker (`dask_setup`), and by name whenever a task arrives.
+Dask imports this module when it starts a worker of its own (`dask_setup`), and by name whenever a task arrives.
 """
 
 import signal
 import threading
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
-from time import perf_counter
-from typing import Generic, TypeVar
-
-import numpy as np
+from typing import Any, Generic, TypeVar
 
 from tilecast import _core, scene
-from tilecast.jobs import blobs
-from tilecast.render import ChunkResult
+from tilecast.jobs.blobs import Blobs, asset_key, scene_key
+from tilecast.render.local import render_chunk
+from tilecast.render.plan import Chunk
+from tilecast.render.rendering import ChunkResult
 
 SCENES_KEPT = 4
 
@@ -63,4 +62,55 @@ class Cache(Generic[Value]):
 
 
 _scenes: Cache[scene.Compiled] = Cache(SCENES_KEPT)
-_stores: Cache[blobs.Blobs] = Cache(4)
+_places: Cache[Blobs] = Cache(4)
+
+
+def prepare(blobs_url: str, digest: str, max_triangles: int) -> dict[str, Any]:
+    """Compile the scene `digest`, so that its chunks find it ready. Returns its facts, for statistics.
+
+    Raises `Rejected` where it cannot be compiled.
+    """
+    return _compiled(blobs_url, digest, max_triangles).facts()
+
+
+def render(blobs_url: str, digest: str, max_triangles: int, chunks: Sequence[Chunk]) -> list[ChunkResult]:
+    """The sums of chunks of the scene `digest`, one after the other.
+
+    Raises `Rejected` where the scene cannot be compiled, or a sample of it is not a number.
+    """
+    compiled = _compiled(blobs_url, digest, max_triangles)
+    try:
+        return [render_chunk(compiled, chunk) for chunk in chunks]
+    except _core.SampleError as error:
+        raise Rejected([("", str(error))]) from None
+
+
+def _compiled(blobs_url: str, digest: str, max_triangles: int) -> scene.Compiled:
+    def make() -> scene.Compiled:
+        blobs = _places.get(blobs_url, lambda: Blobs(blobs_url))
+
+        def open_file(name: str) -> bytes:
+            try:
+                return blobs.get(asset_key(name.removeprefix("sha256:").split(".")[0]))
+            except FileNotFoundError:
+                raise scene.SceneError("", missing(name)) from None
+
+        try:
+            return scene.compile(scene.parse(blobs.get(scene_key(digest))), open_file, max_triangles=max_triangles)
+        except scene.SceneError as error:
+            raise Rejected(error.errors) from None
+        except MemoryError:
+            raise Rejected([("", "is too large: the worker has not enough memory for it")]) from None
+
+    return _scenes.get(digest, make)
+
+
+def missing(name: str) -> str:
+    """What to say of an asset that is not there."""
+    digest = name.removeprefix("sha256:").split(".")[0]
+    return f"names the asset {name}, which is not on the server: send it first, with PUT /v1/assets/{digest}"
+
+
+def dask_setup(_worker: object) -> None:
+    """Leave Ctrl-C, which the terminal sends to every process of the service, to the server: it stops the worker."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,0 +1,85 @@
+"""Calls about pictures and what is known of their quality. All are served as the job stands, whatever its state."""
+
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Path, Request, Response
+
+from tilecast.api.access import Manager
+from tilecast.api.conditions import caching, not_modified, unchanged
+from tilecast.api.jobs import JobId
+from tilecast.api.problems import not_found
+from tilecast.api.views import etag
+
+router = APIRouter(prefix="/v1/jobs/{job_id}", tags=["pictures"])
+
+_TYPES = {"png": "image/png", "exr": "image/x-exr", "f16": "application/octet-stream"}
+
+
+def _content(*formats: str) -> dict:
+    binary = {"schema": {"type": "string", "format": "binary"}}
+    return {200: {"content": {_TYPES[name]: binary for name in formats}}}
+
+
+@router.get("/tiles")
+def tiles(job_id: JobId, manager: Manager) -> dict:
+    """Sizes and versions of all tiles. A version counts the sample ranges that are in; 0 is still black."""
+    return manager.tiles(job_id)
+
+
+@router.get("/tiles/{column}/{row}.{format}", response_class=Response, responses=_content("png", "f16"))
+def tile(
+    job_id: JobId,
+    column: Annotated[int, Path(ge=0, le=16384)],
+    row: Annotated[int, Path(ge=0, le=16384)],
+    format: Literal["png", "f16"],
+    request: Request,
+    manager: Manager,
+) -> Response:
+    """One tile: PNG, or f16: row-major RGB, linear, little-endian half floats."""
+    job = manager.job(job_id)
+    version = manager.images.tile_version(job, column, row)
+    if version is None:
+        raise not_found(f"tile in column {column}, row {row} of this job")
+    tag = f'"{job.id}-{column}-{row}-{version}"'
+    if unchanged(request, tag):
+        return not_modified(tag)
+    data, version = manager.images.tile(job, column, row, format)
+    tag = f'"{job.id}-{column}-{row}-{version}"'
+    return Response(data, media_type=_TYPES[format], headers=caching(tag))
+
+
+@router.get("/image.{format}", response_class=Response, responses=_content("png", "exr"))
+def image(job_id: JobId, format: Literal["png", "exr"], request: Request, manager: Manager) -> Response:
+    """The whole image: PNG (sRGB, 8 bits) or EXR (linear, 32 bits)."""
+    return _picture(job_id, format, request, manager)
+
+
+@router.get("/thumbnail.png", response_class=Response, responses=_content("png"))
+def thumbnail(job_id: JobId, request: Request, manager: Manager) -> Response:
+    """A small PNG."""
+    return _picture(job_id, "thumbnail", request, manager)
+
+
+def _picture(job_id: str, kind: str, request: Request, manager: Manager) -> Response:
+    job = manager.job(job_id)
+    tag = etag(job, f"-{kind}")
+    if unchanged(request, tag):
+        return not_modified(tag)
+    data = manager.images.image(job, kind)
+    headers = caching(tag)
+    if kind != "thumbnail":
+        headers["Content-Disposition"] = f'inline; filename="{job.id}.{kind}"'
+    return Response(data, media_type=_TYPES["png" if kind == "thumbnail" else kind], headers=headers)
+
+
+@router.get("/curve")
+def curve(job_id: JobId, manager: Manager) -> dict:
+    """The estimated error at every checkpoint: seconds, samples, mse, relative_mse, low, high."""
+    job = manager.job(job_id)
+    return {"curve": manager.store.curve(job.id)}
+
+
+@router.get("/stats")
+def statistics(job_id: JobId, manager: Manager) -> dict:
+    """What the job cost and came to: times, rays, error, accelerator, features. Counts what is stored so far."""
+    return manager.statistics(job_id)

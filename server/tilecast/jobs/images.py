@@ -1,0 +1,138 @@
+"""Pictures of jobs, as they stand: from memory while they render, from their blobs otherwise."""
+
+import io
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+
+import numpy as np
+import structlog
+
+from tilecast.jobs.blobs import Blobs, pixels_key, thumbnail_key, tile_key
+from tilecast.jobs.records import Job
+from tilecast.jobs.state import State
+from tilecast.jobs.store import Store
+from tilecast.jobs.work import JobWork, job_plan
+from tilecast.render import film, output, plan
+
+log = structlog.get_logger()
+
+_KEPT_BYTES = 128 * 2**20
+
+
+class Images:
+    """Finds the pixels of a job and encodes them. Keeps the pictures that were asked for last."""
+
+    def __init__(self, store: Store, blobs: Blobs, live: Callable[[str], JobWork | None]):
+        self._store = store
+        self._blobs = blobs
+        self._live = live
+        self._lock = threading.Lock()
+        self._kept: OrderedDict[tuple, bytes] = OrderedDict()
+
+    def tile_version(self, job: Job, column: int, row: int) -> int | None:
+        """How many sample ranges are in this tile; None where the image has no such tile."""
+        tile = _tile(job, column, row)
+        if tile is None:
+            return None
+        live = self._live_tile(job, tile)
+        return live[1] if live else self._store.tile_version(job.id, tile.index)
+
+    def tile(self, job: Job, column: int, row: int, format: str) -> tuple[bytes, int]:
+        """One tile as "png" or "f16", and its version."""
+        tile = _tile(job, column, row)
+        live = self._live_tile(job, tile)
+        if live:
+            pixels, version = live
+        else:
+            version = self._store.tile_version(job.id, tile.index)
+            pixels = self._stored_tile(job, tile, version)
+        return output.to_png(pixels) if format == "png" else output.to_f16(pixels), version
+
+    def _live_tile(self, job: Job, tile: plan.Tile) -> tuple[np.ndarray, int] | None:
+        work = self._live(job.id)
+        return work.tile(tile) if work else None
+
+    def image(self, job: Job, kind: str) -> bytes:
+        """The whole picture as "png", "exr" or "thumbnail" (a small PNG)."""
+        key = (job.id, job.event, kind)
+        with self._lock:
+            if key in self._kept:
+                self._kept.move_to_end(key)
+                return self._kept[key]
+        data = self._encode(job, kind)
+        with self._lock:
+            self._kept[key] = data
+            while sum(map(len, self._kept.values())) > _KEPT_BYTES:
+                self._kept.popitem(last=False)
+        return data
+
+    def _encode(self, job: Job, kind: str) -> bytes:
+        if kind == "thumbnail":
+            if job.state is State.DONE:
+                try:
+                    return self._blobs.get(thumbnail_key(job.id))
+                except FileNotFoundError:
+                    log.warning("thumbnail_missing", job=job.id)
+            return output.thumbnail(self._pixels(job))
+        if kind == "exr":
+            return output.to_exr(self._pixels(job), metadata(job))
+        return output.to_png(self._pixels(job))
+
+    def _pixels(self, job: Job) -> np.ndarray:
+        if job.state is State.DONE:
+            return load_pixels(self._blobs.get(pixels_key(job.id)))
+        work = self._live(job.id)
+        if work is not None and (pixels := work.pixels()) is not None:
+            return pixels
+        drawn = film.Film(job_plan(job))
+        for row in self._store.tiles(job.id):
+            tile = drawn.plan.tiles[row.index]
+            try:
+                drawn.load_tile(tile, self._blobs.get(tile_key(job.id, row.index, row.version)))
+            except (FileNotFoundError, ValueError):
+                # It is being replaced by a newer one this moment, or was damaged: black until it is rendered.
+                log.info("tile_unreadable", job=job.id, tile=row.index, version=row.version)
+        return drawn.pixels()
+
+    def _stored_tile(self, job: Job, tile: plan.Tile, version: int) -> np.ndarray:
+        if version == 0:
+            return np.zeros((tile.height, tile.width, 3), np.float32)
+        if job.state is State.DONE:
+            return self._crop(job, tile)
+        drawn = film.Film(job_plan(job))
+        try:
+            drawn.load_tile(tile, self._blobs.get(tile_key(job.id, tile.index, version)))
+        except (FileNotFoundError, ValueError):
+            log.info("tile_unreadable", job=job.id, tile=tile.index, version=version)
+        return drawn.tile_pixels(tile)
+
+    def _crop(self, job: Job, tile: plan.Tile) -> np.ndarray:
+        """A tile of a finished image, read row by row: the image may be too large to be read for each tile."""
+        key = pixels_key(job.id)
+        start = self._blobs.size(key) - job.width * job.height * _PIXEL_BYTES  # after the header
+        starts = [
+            start + ((tile.y + row) * job.width + tile.x) * _PIXEL_BYTES for row in range(tile.height)
+        ]
+        rows = self._blobs.ranges(key, starts, tile.width * _PIXEL_BYTES)
+        return np.frombuffer(b"".join(rows), "<f4").reshape(tile.height, tile.width, 3)
+
+
+_PIXEL_BYTES = 3 * 4
+
+
+def _tile(job: Job, column: int, row: int) -> plan.Tile | None:
+    whole = job_plan(job)
+    if not (0 <= column < whole.columns and 0 <= row < whole.rows):
+        return None
+    return whole.tiles[row * whole.columns + column]
+
+
+def load_pixels(data: bytes) -> np.ndarray:
+    """float32 [height, width, 3] from what `JobWork.finalize` stored."""
+    return np.load(io.BytesIO(data), allow_pickle=False)
+
+
+def metadata(job: Job) -> dict[str, str]:
+    """What an EXR file says about its origin."""
+    return {"Software": "Tilecast", "tilecast:job": job.id, "tilecast:name": job.name, "tilecast:scene": job.scene}
