@@ -22,7 +22,7 @@ _FORMAT = 1  # of saved tiles
 class _TileState:
     sums: np.ndarray | None = None  # float64 [2, h, w, 3]: even samples, odd samples; None: nothing yet
     ranges: int = 0  # added so far
-    contrast: np.ndarray | None = None  # float32 [h, w, 3], of the last checkpoint (see error)
+    contrast: np.ndarray | None = None  # float32 [3, h, w], of the last checkpoint (see error)
     partials: np.ndarray = field(default_factory=lambda: np.empty((0, error.PARTIALS)))  # [checkpoints so far, 4]
     rays: tuple[int, int, int] = (0, 0, 0)  # camera, bounce, shadow
     seconds: float = 0.0  # of work, over all threads
