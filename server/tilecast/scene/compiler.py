@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ from .. import _core
 from . import checks, files, meshes, schema, transforms
 from .errors import SceneError
 from .files import OpenFile
-from .paths import text
+from .paths import parse as parse_path, text
 
 Path = checks.Path
 
@@ -69,13 +70,25 @@ def compile(scene: schema.Scene, open_file: OpenFile, max_triangles: int | None 
     return Compiled(core, scene, seconds)
 
 
+# The core says what is wrong and, where it lies deeper than the object itself, first where: "of[1].transform: ...".
+_DEEPER = re.compile(r"(?P<at>[a-z_]+(?:\[\d+\])*(?:\.[a-z_]+(?:\[\d+\])*)*): (?P<message>.+)", re.DOTALL)
+
+
 @contextlib.contextmanager
-def _at(path: Path) -> Iterator[None]:
-    """Errors of the core become errors at `path`."""
+def _at(path: Path, of: Sequence[Path] = ()) -> Iterator[None]:
+    """Errors of the core become errors at `path`, or below it. `of`: the paths of what the core knows as of[i], where
+    that is not the key under which the scene has it."""
     try:
         yield
     except _core.Error as error:
-        raise SceneError(path, str(error)) from None
+        message = str(error)
+        match = _DEEPER.fullmatch(message)
+        if match is None:
+            raise SceneError(path, message) from None
+        deeper = parse_path(match["at"])
+        if of and deeper[0] == "of":
+            path, deeper = of[deeper[1]], deeper[2:]
+        raise SceneError((*path, *deeper), match["message"]) from None
 
 
 @dataclass(frozen=True)
@@ -112,13 +125,13 @@ class _Compiler:
         if _INHERIT in materials:
             grey = self._material(("scene",), _GREY)
             materials = [grey if material == _INHERIT else material for material in materials]
-        with _at(()):
+        with _at((), of=[path for path, _ in (*seen, *area)]):
             root = builder.group(*_arrays(placed, materials), accelerator=scene.render.accelerator)
         for path, light in lights:
             if isinstance(light, schema.PointLight):
                 with _at(path):
                     builder.point_light(light.position, light.intensity)
-        with _at(("background",)):
+        with _at(()):
             builder.background(scene.background)
         camera, image = scene.camera, scene.image
         with _at(("camera",)):

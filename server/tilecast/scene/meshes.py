@@ -3,28 +3,30 @@
 from __future__ import annotations
 
 import io
+import re
 from pathlib import PurePosixPath
 
 import numpy as np
 
 from .errors import SceneError
 
+_OBJ_ZERO = re.compile(rb"^f[ \t][^\n]*?(?<=[ \t])0(?=[/\s]|$)", re.MULTILINE)
 _MOST_VERTICES = 2**32 - 1  # indices have 32 bits
 
 
 def load(data: bytes, file: str) -> tuple[np.ndarray, np.ndarray]:
     """The triangles in the bytes of a PLY, OBJ, STL or GLB file: vertices float64 [n, 3], faces uint32 [m, 3].
 
-    Faces of more corners are cut into triangles. Vertices at the same place become one, so that a surface is as closed
-    as it looks: an STL repeats every vertex for each face, other formats along seams of a texture. What is not a mesh
-    is refused with a SceneError without a path.
+    Faces of more corners are cut into triangles. Vertices are as the file has them: an STL repeats them for each face,
+    others along the seams of a texture, and the core knows equal places for one. What is not a mesh is refused with a
+    SceneError without a path.
     """
     kind = PurePosixPath(file).suffix[1:].lower()
     if not data:
         raise SceneError("", f"names the file {file!r}, which is empty")
     vertices, faces = _read(data, kind, file)
     if not len(vertices) or not len(faces):
-        raise SceneError("", f"names the file {file!r}, which holds no faces")
+        raise SceneError("", f"names the file {file!r}, which holds no faces: it is cut off, or of another format")
     if len(vertices) > _MOST_VERTICES:
         raise SceneError("", f"names the file {file!r}, which holds more than {_MOST_VERTICES} vertices")
     wrong = np.flatnonzero(((faces < 0) | (faces >= len(vertices))).any(axis=1))
@@ -34,7 +36,7 @@ def load(data: bytes, file: str) -> tuple[np.ndarray, np.ndarray]:
     wrong = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
     if len(wrong):
         raise SceneError("", f"names the file {file!r}, whose vertex {wrong[0]} is NaN or infinite")
-    return _merged(vertices, faces)
+    return vertices, faces.astype(np.uint32)
 
 
 def _read(data: bytes, kind: str, file: str) -> tuple[np.ndarray, np.ndarray]:
@@ -44,6 +46,8 @@ def _read(data: bytes, kind: str, file: str) -> tuple[np.ndarray, np.ndarray]:
         text = " ".join(str(why).split())[:200]
         return SceneError("", f"names the file {file!r}, which is not a readable {kind.upper()} mesh: {text}")
 
+    if kind == "obj" and (line := _OBJ_ZERO.search(data)):  # trimesh would take it for the last vertex
+        raise corrupt(f"line {data.count(10, 0, line.start()) + 1} names vertex 0, but they count from 1")
     try:
         with np.errstate(all="ignore"):
             # process=False: nothing is merged, dropped or moved by a tolerance
@@ -58,13 +62,3 @@ def _read(data: bytes, kind: str, file: str) -> tuple[np.ndarray, np.ndarray]:
             raise corrupt("its vertices or faces are not triples")
         return np.empty((0, 3)), np.empty((0, 3), np.int64)
     return vertices, faces
-
-
-def _merged(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The same triangles with one vertex for each place, in the order of first use. Equal means equal: no tolerance."""
-    vertices = vertices + 0.0  # -0.0 and 0.0 are one place
-    _, first, inverse = np.unique(vertices, axis=0, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order))
-    return np.ascontiguousarray(vertices[first[order]]), rank[inverse.reshape(-1)][faces].astype(np.uint32)

@@ -71,7 +71,9 @@ def _message(kind: str, context: Mapping[str, Any], value: Any, text: str, parts
         case "literal_error":
             return f"must be {context['expected'].translate(_NO_TAG)}{got}"
         case "greater_than":
-            return ("must be positive" if context["gt"] == 0 else f"must be greater than {context['gt']:g}") + got
+            return f"must be greater than {context['gt']:g}{got}"
+        case "greater_than_equal" if context["ge"] == schema.SMALLEST and value <= 0:
+            return f"must be positive{got}"
         case "greater_than_equal":
             return f"must be at least {context['ge']:g}{got}"
         case "less_than":

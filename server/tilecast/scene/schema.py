@@ -33,22 +33,27 @@ def _whole(value: Any) -> Any:
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
-# --- Numbers, vectors, colours
+# --- Numbers, vectors, colours. The bounds are the core's: within them no product of a few numbers overflows.
 
-Positive = Annotated[float, Field(gt=0)]
-Integer = Annotated[int, BeforeValidator(_whole, json_schema_input_type=int)]
+SMALLEST, LARGEST, BRIGHTEST = 1e-100, 1e100, 1e30
+
+Positive = Annotated[float, Field(ge=SMALLEST, le=LARGEST)]
+Coordinate = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 Fraction = Annotated[float, Field(ge=0, le=1)]
+Integer = Annotated[int, BeforeValidator(_whole, json_schema_input_type=int)]
 Name = Annotated[str, StringConstraints(min_length=1, max_length=200)]
-Vector = TypeAliasType("Vector", Annotated[
-    list[float], Field(min_length=3, max_length=3, description="x, y, z")])
-Positive3 = TypeAliasType("Positive3", Annotated[
-    list[Annotated[float, Field(ge=0)]], Field(min_length=3, max_length=3,
-                                               description="Red, green, blue: linear, not negative.")])
-Colour = TypeAliasType("Colour", Annotated[
-    list[Fraction], Field(min_length=3, max_length=3, description="Red, green, blue: linear, 0 to 1.")])
-Matrix = TypeAliasType("Matrix", Annotated[
-    list[Annotated[list[float], Field(min_length=4, max_length=4)]],
-    Field(min_length=4, max_length=4, description="4 x 4, row-major, for column vectors; last row 0 0 0 1.")])
+
+
+def _list_of(item: Any, length: int, description: str) -> Any:
+    return Annotated[list[item], Field(min_length=length, max_length=length, description=description)]
+
+
+Vector = TypeAliasType("Vector", _list_of(Coordinate, 3, "x, y, z"))
+Colour = TypeAliasType("Colour", _list_of(Fraction, 3, "Red, green, blue: linear, 0 to 1."))
+Radiance = TypeAliasType("Radiance", _list_of(
+    Annotated[float, Field(ge=0, le=BRIGHTEST)], 3, "Red, green, blue: linear, not negative."))
+Matrix = TypeAliasType("Matrix", _list_of(
+    _list_of(Coordinate, 4, "A row."), 4, "4 x 4, row-major, for column vectors; last row 0 0 0 1."))
 
 
 # --- Unions. Where no `type` tells the members apart, a function of the value does. Its tags start with "~", so that
@@ -97,7 +102,7 @@ class Translate(Model):
 
 class Scale(Model):
     """Scales about the origin: by one factor, or by one for each axis. Negative factors mirror."""
-    scale: _choice(_number_or_list, number=float, list=Vector)
+    scale: _choice(_number_or_list, number=Coordinate, list=Vector)
 
     @field_validator("scale")
     @classmethod
@@ -154,7 +159,7 @@ Reflectance = TypeAliasType("Reflectance", _choice(_list_or_inline, list=Colour,
 
 
 class _Material(Model):
-    emission: Positive3 = [0.0, 0.0, 0.0]
+    emission: Radiance = [0.0, 0.0, 0.0]
     """Radiance that leaves the side to which the surface's normal points."""
 
 
@@ -180,9 +185,9 @@ class Conductor(_Material):
 class Dielectric(_Material):
     """Glass, water: reflects and refracts."""
     type: Literal["dielectric"]
-    ior: Positive = 1.5
+    ior: Annotated[float, Field(ge=1e-3, le=1e3)] = 1.5
     """Index of refraction of the inside over the outside."""
-    absorption: Positive3 = [0.0, 0.0, 0.0]
+    absorption: Radiance = [0.0, 0.0, 0.0]
     """Part of the light that is lost inside: exp(-absorption x metres) goes on."""
 
 
@@ -316,7 +321,7 @@ class PointLight(Model):
     """Shines equally in all directions from one point."""
     type: Literal["point"]
     position: Vector
-    intensity: Positive3
+    intensity: Radiance
     """Radiant intensity, watts a steradian."""
 
 
@@ -324,7 +329,7 @@ class AreaLight(Model):
     """An object that shines from its surface and reflects nothing."""
     type: Literal["area"]
     object: ObjectChoice
-    radiance: Positive3
+    radiance: Radiance
     transform: Transform | None = None
 
 
@@ -397,7 +402,7 @@ class Scene(Model):
     scene: list[Reference] = []
     """What is seen. Empty renders the background."""
     lights: list[Light] = []
-    background: Positive3 = [0.0, 0.0, 0.0]
+    background: Radiance = [0.0, 0.0, 0.0]
     """Radiance where a ray hits nothing."""
 
 
