@@ -23,13 +23,13 @@ def create_app(manager: Manager) -> FastAPI:
         title="Tilecast",
         version=_version(),
         description=_DESCRIPTION,
-        max_body_size=settings.max_body,
         redoc_url=None,
     )
     app.state.manager = manager
     app.state.settings = settings
     problems.install(app)
-    for router in (jobs.router, events.router, images.router, assets.router(settings.max_asset), health.router):
+    app.add_exception_handler(events.Ended, events.answer_ended)
+    for router in (jobs.router, events.router, images.router, assets.router, health.router):
         app.include_router(router)
     page.add_page(app, settings.scenes)
     health.add_metrics(app, manager)

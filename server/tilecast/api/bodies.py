@@ -64,7 +64,7 @@ class Change(Strict):
 
 
 async def read(request: Request) -> bytes:
-    """The body, if it may be JSON. Raises a problem with 415, 422 (empty), or 413 (by FastAPI's body limit)."""
+    """The body, if it may be JSON. Raises a problem with 413, 415 or 422 (empty)."""
     media_type = request.headers.get("content-type", "").split(";")[0].strip().lower()
     if media_type not in _JSON_TYPES and not media_type.endswith("+json"):
         detail = f"The body must be JSON (Content-Type: application/json), not {legible(media_type)}."
@@ -72,10 +72,23 @@ async def read(request: Request) -> bytes:
     if (encoding := request.headers.get("content-encoding", "identity").strip().lower()) != "identity":
         detail = f"The body must come as it is, not in Content-Encoding {legible(encoding)}."
         raise Problem("Not plain", "wrong-content-encoding", detail, 415)
-    body = await request.body()
+    limit = request.app.state.settings.max_body
+    body = bytearray()
+    # Starlette can limit bodies too, but what it answers is no problem+json.
+    async for chunk in request.stream():
+        body += chunk
+        if len(body) > limit or declared_length(request) > limit:
+            detail = f"The body is larger than the {limit:,} bytes that this server takes. Send large meshes as assets."
+            raise Problem("The body is too large", "too-large", detail, 413)
     if not body.strip():
-        raise bad_request("", "the body is empty: send the scene's JSON")
-    return body
+        raise bad_request("", "the body is empty")
+    return bytes(body)
+
+
+def declared_length(request: Request) -> int:
+    """What Content-Length says; 0 where it is not there."""
+    declared = request.headers.get("content-length", "")
+    return int(declared) if declared.isascii() and declared.isdigit() else 0
 
 
 def submission(body: bytes) -> tuple[Submission, bytes | dict]:

@@ -113,9 +113,6 @@ def _from_http(_handler: ExceptionHandler, request: Request, error: HTTPExceptio
         case 405:
             detail = f"{request.method} is not possible here; {headers.get('Allow', 'nothing')} is."
             return Problem("Method not allowed", "method-not-allowed", detail, 405, headers=headers)
-        case 413:
-            detail = f"The body is larger than the {request.app.state.settings.max_body:,} bytes that this server takes."
-            return Problem("The body is too large", "too-large", detail, 413, headers=headers)
     return Problem(str(error.detail), "http-error", None, error.status_code, headers=headers)
 
 

@@ -10,6 +10,7 @@ import uvicorn
 from tilecast.api import logs
 from tilecast.api.app import create_app
 from tilecast.api.views import job_view
+from tilecast.jobs.faults import CannotStart
 from tilecast.jobs.hub import Hub
 from tilecast.jobs.manager import Manager
 from tilecast.jobs.settings import Settings
@@ -17,14 +18,10 @@ from tilecast.jobs.settings import Settings
 log = structlog.get_logger()
 
 
-class CannotListen(Exception):
-    """The address is not to be had. The text says why and what to do."""
-
-
 def serve(settings: Settings) -> None:
     """Answer until SIGTERM or SIGINT, then end in order.
 
-    Raises `CannotListen`, or a `Fault` or `OSError` of the manager, before anything was answered.
+    Raises `CannotStart`, or `OSError` where the data folder cannot be used.
     """
     logs.set_up()
     listener = _listen(settings.host, settings.port)
@@ -71,9 +68,9 @@ def _listen(host: str, port: int) -> socket.socket:
     try:
         return socket.create_server((host, port), family=family, backlog=2048)
     except (OSError, OverflowError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
+        reason = str(getattr(error, "strerror", None) or error).split(" (")[0]
         advice = "stop what listens there, or choose another port (--port 0 takes any)"
-        raise CannotListen(f"cannot listen on {host}, port {port}: {reason}; {advice}") from None
+        raise CannotStart(f"cannot listen on {host}, port {port}: {reason}; {advice}") from None
 
 
 def _address(listener: socket.socket) -> str:

@@ -20,6 +20,8 @@ from urllib.parse import unquote, urlsplit
 import obstore
 from obstore.store import from_url
 
+from tilecast.jobs.faults import CannotStart
+
 
 class Mismatch(ValueError):
     """The bytes that came are not those that the name promises. `actual` is their SHA-256."""
@@ -41,7 +43,10 @@ class Blobs:
         # A store on this machine: known so that writes can be forced to the disk.
         self.folder = Path(unquote(urlsplit(url).path)) if url.startswith("file:") else None
         options = {"mkdir": True, "automatic_cleanup": True} if self.folder else {}
-        self._store = from_url(url, **options)
+        try:
+            self._store = from_url(url, **options)
+        except Exception as error:  # obstore's own and pyo3's, depending on what is wrong
+            raise CannotStart(f"cannot keep blobs at {url}: {str(error).splitlines()[0]}") from None
 
     def put(self, key: str, data: bytes, *, durable: bool = True) -> None:
         """Store `data` whole or not at all. `durable`: it outlives a power cut once this returns."""

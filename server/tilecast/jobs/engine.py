@@ -18,11 +18,14 @@ import dask
 import structlog
 from distributed import Client, KilledWorker, LocalCluster, Nanny
 
+from tilecast.jobs.faults import CannotStart
+
 __all__ = ["Engine", "KilledWorker"]
 
 log = structlog.get_logger()
 
 _WATCH_SECONDS = 1.0
+_CONNECT_SECONDS = 10.0
 _NANNY_GIVEN_UP_SECONDS = 15.0
 _LOCAL_SETTINGS = {
     # The dispatcher decides what becomes of the victims of a dead worker, and hears of it at once.
@@ -35,6 +38,9 @@ _LOCAL_SETTINGS = {
     "distributed.deploy.lost-worker-timeout": "5s",
     "distributed.worker.profile.enabled": False,
     "distributed.admin.tick.limit": "30s",
+    # Nothing is to be seen over HTTP.
+    "distributed.scheduler.http.routes": [],
+    "distributed.worker.http.routes": [],
 }
 _PRELOAD = "tilecast.jobs.worker"
 
@@ -45,7 +51,7 @@ class Engine(Executor):
     def __init__(self, scheduler: str | None, threads: int | None, folder: Path):
         """Start a cluster with `threads` threads (default: a thread a core), or connect to the one at `scheduler`.
 
-        `folder` is for Dask's scratch files. Raises `OSError` where the scheduler does not answer.
+        `folder` is for Dask's scratch files. Raises `CannotStart` where the scheduler does not answer.
         """
         self.on_slots: Callable[[int], None] = lambda slots: None
         """Called, on a thread of the engine's, when workers came or went."""
@@ -56,7 +62,10 @@ class Engine(Executor):
         self._waiting: list[Callable[[], None]] = []
         self._closing = threading.Event()
         self._cluster = self._start_cluster() if scheduler is None else None
-        self._client = self._connect()
+        try:
+            self._client = self._connect()
+        except (OSError, ValueError) as error:
+            raise CannotStart(f"cannot reach the scheduler {scheduler}: {error}") from None
         self._executor = self._client.get_executor(pure=False)
         self._watch = threading.Thread(target=self._watch_cluster, name="engine-watch", daemon=True)
         self._watch.start()
@@ -124,13 +133,14 @@ class Engine(Executor):
             worker_class=Nanny,
             host="127.0.0.1",
             dashboard_address=None,
+            scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},  # a port that somebody may hold, otherwise
             local_directory=str(self._folder),
             preload=preload,
             preload_argv=[[] for _ in preload],
         )
 
     def _connect(self) -> Client:
-        client = Client(self._cluster or self._address, set_as_default=False, name="tilecast")
+        client = Client(self._cluster or self._address, set_as_default=False, name="tilecast", timeout=_CONNECT_SECONDS)
         if self._cluster is None:
             allowed = client.run_on_scheduler(lambda dask_scheduler: dask_scheduler.allowed_failures)
             if allowed != 0:

@@ -39,5 +39,9 @@ class TooMany(Fault):
         self.retry_after = retry_after
 
 
-class InUse(Fault):
+class CannotStart(Fault):
+    """Something that the server needs is not to be had: the text says what, where, and how to mend it."""
+
+
+class InUse(CannotStart):
     """Another server works on the same data."""

@@ -49,8 +49,7 @@ class Manager:
     def __init__(self, settings: Settings, describe: Callable[[Job], dict[str, Any]] = _summary):
         """Start, and go on with the jobs that the store knows. `describe`: a job as its callback is told.
 
-        Raises `InUse` where another server has the data, and `OSError` or SQLAlchemy's errors where they cannot be
-        reached.
+        Raises `CannotStart`, or `OSError` where the data folder cannot be used.
         """
         self.settings = settings
         self.hub = Hub()
@@ -97,6 +96,7 @@ class Manager:
 
     def _close_works(self) -> None:
         for work in list(self._works.values()):
+            work.settle()
             work.close()
 
     # --- What users do
@@ -166,7 +166,13 @@ class Manager:
             for entry in found
         ]
 
+    def has_ended(self, job_id: str, event: int) -> bool:
+        """Whether nothing will happen to a job after `event`, unless somebody retries it."""
+        job = self.store.get(job_id)
+        return job is None or (job.state.final and event >= job.event)
+
     def tiles(self, job_id: str) -> dict[str, Any]:
+        """Sizes and versions of all tiles, for users."""
         job = self.job(job_id)
         plan = job_plan(job)
         known = {row.index: row for row in self.store.tiles(job_id)}
@@ -229,6 +235,9 @@ class Manager:
                 status, commands = state.transition(job.status, event)
             except state.Refused as refusal:
                 raise Refused(str(refusal)) from None
+            if Command.WITHDRAW in commands and (work := self._works.get(job_id)) is not None:
+                # Before the commit: no event of a job comes after its final state.
+                work.settle()
             if status != job.status:
                 job = self._commit(job, status, **values)
             for command in commands:

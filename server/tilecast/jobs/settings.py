@@ -2,8 +2,10 @@
 
 import os
 from pathlib import Path
+from typing import Annotated
 
-from pydantic import Field
+import limits
+from pydantic import AfterValidator, Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 
@@ -11,6 +13,11 @@ def default_folder() -> Path:
     """Where a user's data go by the XDG convention."""
     base = os.environ.get("XDG_DATA_HOME") or "~/.local/share"
     return Path(base).expanduser() / "tilecast"
+
+
+def _rate(text: str) -> str:
+    limits.parse(text)  # raises ValueError
+    return text
 
 
 class Settings(BaseSettings):
@@ -27,7 +34,7 @@ class Settings(BaseSettings):
     """SQLAlchemy URL; by default SQLite in the data folder. postgresql+psycopg://user:password@host/name"""
     blobs: str | None = None
     """Place of the large files; by default in the data folder. s3://bucket/prefix"""
-    scheduler: str | None = None
+    scheduler: str | None = Field(None, pattern=r"^[a-z]+://.+")
     """Address of a running Dask scheduler, tcp://host:8786; by default a cluster on this machine."""
     threads: int | None = Field(None, ge=1, le=1024)
     """Threads of the cluster on this machine; by default one a core."""
@@ -52,7 +59,7 @@ class Settings(BaseSettings):
     """Triangles that a scene loads, before instances multiply them."""
     max_jobs: int = Field(100, ge=1)
     """Jobs of one user that have not ended."""
-    max_submissions: str = "600/minute"
+    max_submissions: Annotated[str, AfterValidator(_rate)] = "600/minute"
     """Submissions of one user in a window of time."""
     check_seconds: float = Field(10.0, ge=0)
     """How long a submission waits for its scene to be compiled before it is accepted without."""

@@ -24,9 +24,9 @@ from sqlalchemy import (
     union_all,
     update,
 )
-from sqlalchemy.exc import IntegrityError
+from sqlalchemy.exc import ArgumentError, IntegrityError, SQLAlchemyError
 
-from tilecast.jobs.faults import InUse, KeyReused, TooMany
+from tilecast.jobs.faults import CannotStart, InUse, KeyReused, TooMany
 from tilecast.jobs.records import Job, NewJob, Occurrence, TileRow
 from tilecast.jobs.state import ACTIVE, State, Status
 from tilecast.jobs.tables import events, jobs, metadata, tiles
@@ -43,17 +43,22 @@ class Store:
     """Jobs, their tiles and their events. Every method is one transaction; all are safe to call from any thread."""
 
     def __init__(self, url: str):
-        """Open the database, create its tables where they are missing, and own it. Raises `InUse`."""
-        self._engine = create_engine(url, pool_pre_ping=True)
+        """Open the database, create its tables where they are missing, and own it. Raises `CannotStart`."""
         self._writing = threading.Lock()
         self._owning: Connection | None = None
-        if make_url(url).get_backend_name() == "sqlite":
+        try:
+            self._engine = create_engine(url, pool_pre_ping=True)
+        except (SQLAlchemyError, ImportError) as error:
+            raise _cannot_open(url, error) from None
+        if self._engine.dialect.name == "sqlite":
             event.listen(self._engine, "connect", _set_up_sqlite)
         try:
             self._own()
             metadata.create_all(self._engine)
-        except BaseException:
+        except BaseException as error:
             self.close()
+            if isinstance(error, SQLAlchemyError):
+                raise _cannot_open(url, error) from None
             raise
 
     def close(self) -> None:
@@ -278,6 +283,15 @@ class Store:
         self._owning = self._engine.connect().execution_options(isolation_level="AUTOCOMMIT")
         if not self._owning.scalar(text("SELECT pg_try_advisory_lock(:key)"), {"key": _POSTGRES_LOCK}):
             raise InUse("another Tilecast server uses this database; stop it, or give this one a database of its own")
+
+
+def _cannot_open(url: str, error: Exception) -> CannotStart:
+    try:
+        shown = make_url(url).render_as_string(hide_password=True)
+    except ArgumentError:
+        shown = "at this URL"
+    reason = str(getattr(error, "orig", None) or error).splitlines()[0]
+    return CannotStart(f"cannot open the database {shown}: {reason}")
 
 
 def _set_up_sqlite(connection, _record) -> None:

@@ -84,7 +84,6 @@ class JobWork:
         self._lock = threading.Lock()  # guards what follows
         self._closed = False
         self._complete = False  # every sample is in
-        self._finalized = False
         self._status = state.Status(state.State.RUNNING)
         self._rendering: Rendering | None = None
         self._facts: dict[str, Any] | None = job.facts
@@ -281,27 +280,27 @@ class JobWork:
         self._blobs.put(pixels_key(self.key), out.getvalue())
         self._blobs.put(thumbnail_key(self.key), thumbnail(pixels))
         with self._lock:
-            self._finalized = True
             return self._columns(with_statistics=True, write=perf_counter() - start)
 
     # --- Anybody's side
 
-    def close(self) -> None:
-        """Store what came in, and take nothing more. The dispatcher must have been told to remove the work."""
-        with self._saving:
-            try:
-                while self._save_some():
-                    pass
-                with self._lock:
-                    begun = self._rendering is not None and not self._finalized
-                    values = self._columns(with_statistics=True) if begun else None
-                if values:
-                    self._store.set(self.key, **values)
-            except Exception:
-                log.warning("last_tiles_not_stored", job=self.key, exc_info=True)  # they will be rendered again
+    def settle(self) -> None:
+        """Store all that came in: the job is about to be paused or given up, or the server to stop."""
+        try:
+            self.save()
             with self._lock:
-                self._closed = True
-                self._rendering = None
+                begun = self._rendering is not None and not self._closed
+                values = self._columns(with_statistics=True) if begun else None
+            if values:
+                self._store.set(self.key, **values)
+        except Exception:
+            log.warning("last_tiles_not_stored", job=self.key, exc_info=True)  # they will be rendered again
+
+    def close(self) -> None:
+        """Take and store nothing more, and let go of the image."""
+        with self._saving, self._lock:
+            self._closed = True
+            self._rendering = None
 
     def statistics(self) -> dict[str, Any] | None:
         """As they stand; None before anything was loaded."""
