@@ -30,8 +30,9 @@ export function showJob(container, { id, signal }) {
 
   function tell(error) {
     if (signal.aborted) return;
-    fault.hidden = error === null || error instanceof Unreachable;
-    if (error !== null) setText(fault, error.status === 404 ? "There is no such job. It may have been deleted." : error.message);
+    fault.hidden = error === null || error instanceof Unreachable; // the banner tells of that
+    if (fault.hidden) setText(fault, "");
+    else setText(fault, error.status === 404 ? "There is no such job. It may have been deleted." : error.message);
   }
 
   function leave() {

@@ -7,7 +7,7 @@ import { poll } from "./poll.js";
 import { hasEnded, stateLabel, STATES } from "./states.js";
 
 const BUSY = 2000; // milliseconds between two readings while something renders
-const IDLE = 5000;
+const IDLE = 3000;
 const PAGE = 50;
 
 export function showList(container, { signal }) {
@@ -39,7 +39,7 @@ export function showList(container, { signal }) {
     } catch (error) {
       if (signal.aborted) return;
       fault.hidden = error instanceof Unreachable; // the banner tells of that
-      setText(fault, error.message);
+      setText(fault, fault.hidden ? "" : error.message);
       return;
     }
     fault.hidden = true;

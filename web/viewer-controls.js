@@ -34,12 +34,11 @@ export function viewerControls(viewer, job) {
       ...files(job).map(([label, address, name]) => element("a", { class: "button", href: address, download: name }, label))));
 }
 
-function files(job) {
-  const name = (job.name || job.id).replace(/[^\p{L}\p{N}._-]+/gu, "-");
+function files({ id, links }) {
   return [
-    ["PNG", job.links.image, `${name}.png`],
-    ["EXR", job.links.exr, `${name}.exr`],
-    ["Statistics", job.links.stats, `${name}-stats.json`],
-    ["Curve", job.links.curve, `${name}-curve.json`],
+    ["PNG", links.image, `${id}.png`],
+    ["EXR", links.exr, `${id}.exr`],
+    ["Statistics", links.stats, `${id}-stats.json`],
+    ["Curve", links.curve, `${id}-curve.json`],
   ];
 }

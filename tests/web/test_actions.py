@@ -1,0 +1,60 @@
+"""What the page does with a job: cancel, pause, resume, retry, delete."""
+
+import pictures
+from pictures import open_job, post, scene, wait_for_known, wait_for_state
+from playwright.sync_api import expect
+
+
+def button(page, name):
+    return page.get_by_role("group", name="Actions").get_by_role("button", name=name, exact=True)
+
+
+def test_cancel_then_retry(server, page):
+    job = post(server.url, scene(seconds=3))
+    open_job(page, server.url, job["id"])
+    wait_for_known(page, 0.01)
+    button(page, "Cancel").click()
+    wait_for_state(page, "cancelled")
+    assert pictures.job(server.url, job["id"])["state"] == "cancelled"
+    button(page, "Retry").click()
+    wait_for_state(page, "done")
+    wait_for_known(page, 1)
+
+
+def test_pause_then_resume(server, page):
+    job = post(server.url, scene(seconds=4))
+    open_job(page, server.url, job["id"])
+    wait_for_known(page, 0.01)
+    button(page, "Pause").click()
+    wait_for_state(page, "paused")
+    page.wait_for_timeout(1500)  # what was in flight comes to its end
+    before = pictures.job(server.url, job["id"])["progress"]
+    page.wait_for_timeout(1500)
+    assert pictures.job(server.url, job["id"])["progress"] == before
+    button(page, "Resume").click()
+    wait_for_state(page, "done")
+
+
+def test_delete_asks_first(server, page):
+    job = post(server.url, scene())
+    open_job(page, server.url, job["id"])
+    wait_for_state(page, "done")
+    button(page, "Delete").click()
+    dialog = page.get_by_role("dialog")
+    expect(dialog.get_by_role("button", name="Keep")).to_be_focused()
+    page.keyboard.press("Escape")
+    expect(dialog).to_be_hidden()
+    assert pictures.job(server.url, job["id"])["state"] == "done"
+
+    button(page, "Delete").click()
+    dialog.get_by_role("button", name="Delete").click()
+    expect(page).to_have_url(f"{server.url}/#/")
+    expect(page.locator(f'a[href="#/jobs/{job["id"]}"]')).to_have_count(0)
+
+
+def test_a_change_made_elsewhere_shows(server, page):
+    job = post(server.url, scene(seconds=30))
+    open_job(page, server.url, job["id"])
+    wait_for_known(page, 0.01)
+    pictures.httpx.delete(f"{server.url}/v1/jobs/{job['id']}").raise_for_status()
+    wait_for_state(page, "cancelled", seconds=5)
