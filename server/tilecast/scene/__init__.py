@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import schema
 from .errors import SceneError
-from .files import digest, files, folder_opener, renamed, to_json
+from .mesh_files import digest, files, folder_opener, renamed, to_json
 from .overrides import override
 from .parsing import parse, read
 from .schema import json_schema as schema_json

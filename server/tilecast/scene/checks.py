@@ -12,7 +12,7 @@ from .paths import Part, text
 
 Path = tuple[Part, ...]
 
-_CSG = (schema.Union_, schema.Intersection, schema.Difference)
+_CSG = (schema.Union, schema.Intersection, schema.Difference)
 
 
 def walk(scene: schema.Scene) -> Iterator[tuple[Path, Any]]:

@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from . import checks, files, meshes, schema, transforms
+from . import checks, meshes, schema, transforms
 from .errors import SceneError
-from .files import OpenFile
+from .mesh_files import OpenFile, read_file
+from .parsing import collector_paused
 from .paths import parse as parse_path, text
 
 Path = checks.Path
@@ -65,7 +66,8 @@ def compile(scene: schema.Scene, open_file: OpenFile, max_triangles: int | None 
     may have together, before instances multiply them."""
     start = time.perf_counter()
     work = _Compiler(scene, open_file, max_triangles)
-    core = work.run()
+    with collector_paused():
+        core = work.run()
     seconds = {"load": work.load_seconds, "compile": time.perf_counter() - start - work.load_seconds}
     return Compiled(core, scene, seconds)
 
@@ -200,7 +202,7 @@ class _Compiler:
                 arrays = _arrays(placed := self._operands(path, node), [child.material for child in placed])
                 with _at(path):
                     return builder.group(*arrays, accelerator=accelerator)
-            case schema.Union_() | schema.Intersection() | schema.Difference():
+            case schema.Union() | schema.Intersection() | schema.Difference():
                 arrays = _arrays(placed := self._operands(path, node), [child.material for child in placed])
                 with _at(path):
                     return builder.csg(node.type, *arrays)
@@ -225,7 +227,7 @@ class _Compiler:
         if node.file not in self.files:
             start = time.perf_counter()
             where = text((*path, "file"))
-            data = files.read_file(self.open_file, node.file, where)
+            data = read_file(self.open_file, node.file, where)
             try:
                 self.files[node.file] = meshes.load(data, node.file)
             except SceneError as error:

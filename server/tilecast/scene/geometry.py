@@ -21,6 +21,8 @@ def check_file(file: str) -> str | None:
     """What is wrong with the name of a mesh file; None if nothing is."""
     if not file.isprintable():
         return "must be a file name without control characters"
+    if "://" in file:
+        return f"must be a file and not an address, got {file!r}"
     path = PurePosixPath(file)
     if path.is_absolute() or PureWindowsPath(file).is_absolute() or "\\" in file or ".." in path.parts:
         return f"must be relative to the scene's folder and stay inside it, with forward slashes, got {file!r}"

@@ -14,9 +14,9 @@ from .. import _core
 from . import schema
 from .compiler import Compiled, compile
 from .errors import SceneError
-from .files import folder_opener
+from .mesh_files import folder_opener
 from .overrides import override
-from .parsing import parse, read
+from .parsing import judge, parse, read
 
 
 def load(source: str | Path | dict[str, Any], *, folder: str | Path | None = None,
@@ -37,16 +37,19 @@ def load_document(source: str | Path | dict[str, Any],
                   settings: Iterable[str] = ()) -> tuple[schema.Scene, Path]:
     """The checked scene, not compiled, and the folder that its mesh files are relative to."""
     if isinstance(source, dict):
-        return parse(override(read(source), settings)), Path()
-    path = Path(source)
+        text, folder = source, Path()
+    else:
+        text, folder = _read_file(Path(source)), Path(source).parent
+    document = read(text)
+    # Settings bring values of their own, which have to go the same way as those of a file.
+    return (parse(override(document, settings)) if (settings := list(settings)) else judge(document)), folder
+
+
+def _read_file(path: Path) -> bytes:
     try:
-        text = path.read_bytes()
-    except OSError as error:
-        raise SceneError("", f"the scene file cannot be read: {error.strerror}") from None
-    except ValueError as error:  # a zero byte in the name
-        raise SceneError("", f"the scene file cannot be read: {error}") from None
-    settings = list(settings)
-    return parse(override(read(text), settings) if settings else text), path.parent
+        return path.read_bytes()
+    except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
+        raise SceneError("", f"the scene file cannot be read: {getattr(error, 'strerror', error)}") from None
 
 
 def mesh(vertices: np.ndarray, faces: np.ndarray, accelerator: str = "auto") -> _core.Scene:

@@ -50,8 +50,12 @@ def _read(data: bytes, kind: str, file: str) -> tuple[np.ndarray, np.ndarray]:
         raise corrupt(f"line {data.count(10, 0, line.start()) + 1} names vertex 0, but they count from 1")
     try:
         with np.errstate(all="ignore"):
-            # process=False: nothing is merged, dropped or moved by a tolerance
-            loaded = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False)
+            # process=False: nothing is merged, dropped or moved by a tolerance. An STL has no materials to skip.
+            skip = {} if kind == "stl" else {"skip_materials": True}
+            loaded = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False, **skip)
+            for geometry in loaded.geometry.values():
+                if isinstance(geometry, trimesh.Trimesh):
+                    geometry.visual = trimesh.visual.ColorVisuals()  # to copy texture coordinates it wants Pillow
             mesh = loaded.to_mesh()
             vertices = np.array(mesh.vertices, np.float64)
             faces = np.array(mesh.faces, np.int64)

@@ -11,6 +11,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from . import paths, schema
+from .fields import SMALLEST
 
 _NO_TAG = str.maketrans("", "", "'~")
 _MOST = 100  # errors that are worded; a broken generator makes the same one a million times
@@ -72,7 +73,7 @@ def _message(kind: str, context: Mapping[str, Any], value: Any, text: str, parts
             return f"must be {context['expected'].translate(_NO_TAG)}{got}"
         case "greater_than":
             return f"must be greater than {context['gt']:g}{got}"
-        case "greater_than_equal" if context["ge"] == schema.SMALLEST and value <= 0:
+        case "greater_than_equal" if context["ge"] == SMALLEST and value <= 0:
             return f"must be positive{got}"
         case "greater_than_equal":
             return f"must be at least {context['ge']:g}{got}"

@@ -24,8 +24,13 @@ def parse(text: bytes | str | dict) -> schema.Scene:
 
     What only the meshes' files can tell is not known yet: see `compile`.
     """
-    with _collector_paused():
-        document = read(text)
+    with collector_paused():
+        return judge(read(text))
+
+
+def judge(document: dict[str, Any]) -> schema.Scene:
+    """The scene in a document that `read` gave."""
+    with collector_paused():
         try:
             scene = schema.Scene.model_validate(document)
         except ValidationError as error:
@@ -36,8 +41,8 @@ def parse(text: bytes | str | dict) -> schema.Scene:
 
 
 @contextlib.contextmanager
-def _collector_paused() -> Iterator[None]:
-    """Parsing makes nothing but objects that stay; looking through them for garbage would take half of the time."""
+def collector_paused() -> Iterator[None]:
+    """For work that makes nothing but objects that stay: looking through them for garbage would take half of its time."""
     enabled = gc.isenabled()
     gc.disable()
     try:

@@ -1,4 +1,5 @@
-"""The scene format, as pydantic models: the only place that says what a scene may hold.
+"""The scene format, as pydantic models: the only place that says what a scene may hold, with `steps` (transforms),
+`materials` and `fields` (numbers and unions), whose models are names of this module too.
 
 y up, right-handed, metres, degrees, linear RGB. Unknown keys are errors. Lists stand for vectors and colours, so that
 the JSON Schema made from these models stays plain. What needs more than one model to be judged (names, cycles,
@@ -7,193 +8,22 @@ transforms that are singular only as a product) is in `checks`.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Union
+from typing import Annotated, Any, Literal
+from typing import Union as OneOf  # Union is a kind of object here
 
-from pydantic import (BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, StringConstraints, Tag,
-                      field_validator, model_validator)
+from pydantic import Field, field_validator, model_validator
 from pydantic.json_schema import GenerateJsonSchema
-from pydantic_core import PydanticCustomError
 from typing_extensions import TypeAliasType
 
+from .fields import Integer, Model, Name, Positive, Radiance, Vector, choice, fault, name_or_inline, whole
 from .geometry import check_faces, check_file
-
-
-class Model(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False,
-                              use_attribute_docstrings=True)
-
-
-def fault(message: str, *at: str | int) -> PydanticCustomError:
-    """An error for a validator to raise; `at` is the path below the model, where it is not the model itself."""
-    return PydanticCustomError("fault", "{message}", {"message": message, "at": list(at)})
-
-
-def _whole(value: Any) -> Any:
-    """JSON knows one kind of number: 64.0 is an integer."""
-    return int(value) if isinstance(value, float) and value.is_integer() else value
-
-
-# --- Numbers, vectors, colours. The bounds are the core's: within them no product of a few numbers overflows.
-
-SMALLEST, LARGEST, BRIGHTEST = 1e-100, 1e100, 1e30
-
-Positive = Annotated[float, Field(ge=SMALLEST, le=LARGEST)]
-Coordinate = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
-Fraction = Annotated[float, Field(ge=0, le=1)]
-Integer = Annotated[int, BeforeValidator(_whole, json_schema_input_type=int)]
-Name = Annotated[str, StringConstraints(min_length=1, max_length=200)]
-
-
-def _list_of(item: Any, length: int, description: str) -> Any:
-    return Annotated[list[item], Field(min_length=length, max_length=length, description=description)]
-
-
-Vector = TypeAliasType("Vector", _list_of(Coordinate, 3, "x, y, z"))
-Colour = TypeAliasType("Colour", _list_of(Fraction, 3, "Red, green, blue: linear, 0 to 1."))
-Radiance = TypeAliasType("Radiance", _list_of(
-    Annotated[float, Field(ge=0, le=BRIGHTEST)], 3, "Red, green, blue: linear, not negative."))
-Matrix = TypeAliasType("Matrix", _list_of(
-    _list_of(Coordinate, 4, "A row."), 4, "4 x 4, row-major, for column vectors; last row 0 0 0 1."))
-
-
-# --- Unions. Where no `type` tells the members apart, a function of the value does. Its tags start with "~", so that
-# --- no path in an error shows them (see parsing).
-
-def _choice(choose, **members) -> Any:
-    """The union of `members`, of which `choose(value)` tells by its tag which one `value` is meant to be."""
-    return Annotated[Union[tuple(Annotated[member, Tag("~" + tag)] for tag, member in members.items())],
-                     Discriminator(choose)]
-
-
-def _name_or_inline(value: Any) -> str:
-    return "~name" if isinstance(value, str) else "~inline"
-
-
-def _number_or_list(value: Any) -> str:
-    return "~list" if isinstance(value, list) else "~number"
-
-
-def _list_or_inline(value: Any) -> str:
-    return "~inline" if isinstance(value, (dict, Model)) else "~list"
-
-
-def _step_kind(value: Any) -> str:
-    if isinstance(value, Model):
-        return "~" + next(iter(type(value).model_fields))
-    keys = [key for key in ("translate", "scale", "rotate", "matrix") if key in value] if isinstance(value, dict) else []
-    return "~" + keys[0] if keys else "~unknown"
-
-
-def _transform_kind(value: Any) -> str:
-    return "~matrix" if isinstance(value, list) and value and isinstance(value[0], list) else "~steps"
+from .materials import Checker, Conductor, Dielectric, Diffuse, Material, MaterialChoice, Mirror
+from .steps import AxisAngle, MatrixStep, Rotate, Scale, Step, Transform, Translate
 
 
 def _placement_kind(value: Any) -> str:
     reference = isinstance(value, Reference) or (isinstance(value, dict) and "object" in value)
     return "~reference" if reference else "~inline"
-
-
-# --- Transforms
-
-class Translate(Model):
-    """Moves by a vector, in metres."""
-    translate: Vector
-
-
-class Scale(Model):
-    """Scales about the origin: by one factor, or by one for each axis. Negative factors mirror."""
-    scale: _choice(_number_or_list, number=Coordinate, list=Vector)
-
-    @field_validator("scale")
-    @classmethod
-    def _not_flat(cls, scale):
-        for axis, factor in enumerate(scale if isinstance(scale, list) else [scale]):
-            if factor == 0:
-                raise fault("must not be 0: the transform is singular and would flatten the object",
-                            *([axis] if isinstance(scale, list) else []))
-        return scale
-
-
-class AxisAngle(Model):
-    """A turn about an axis through the origin; counter-clockwise as seen from the axis' tip."""
-    axis: Vector
-    angle: float
-    """Degrees."""
-
-    @field_validator("axis")
-    @classmethod
-    def _has_direction(cls, axis):
-        if not any(axis):
-            raise fault("must not be [0, 0, 0]: it has no direction")
-        return axis
-
-
-class Rotate(Model):
-    """Turns: about x, then y, then z, by these degrees; or about an axis."""
-    rotate: _choice(_list_or_inline, list=Vector, inline=AxisAngle)
-
-
-class MatrixStep(Model):
-    """Multiplies by a matrix."""
-    matrix: Matrix
-
-
-Step = TypeAliasType("Step", _choice(_step_kind, translate=Translate, scale=Scale, rotate=Rotate, matrix=MatrixStep))
-Transform = TypeAliasType("Transform", Annotated[
-    _choice(_transform_kind, steps=list[Step], matrix=Matrix),
-    Field(description="Steps applied in order, or one 4 x 4 matrix.")])
-
-
-# --- Materials
-
-class Checker(Model):
-    """Cubes of two colours in turn, in the object's own space."""
-    type: Literal["checker"]
-    even: Colour
-    odd: Colour
-    size: Positive = 1.0
-    """The side of a cube, metres."""
-
-
-Reflectance = TypeAliasType("Reflectance", _choice(_list_or_inline, list=Colour, inline=Checker))
-
-
-class _Material(Model):
-    emission: Radiance = [0.0, 0.0, 0.0]
-    """Radiance that leaves the side to which the surface's normal points."""
-
-
-class Diffuse(_Material):
-    """Reflects light equally in all directions."""
-    type: Literal["diffuse"]
-    reflectance: Reflectance = [0.8, 0.8, 0.8]
-
-
-class Mirror(_Material):
-    """Reflects light in one direction."""
-    type: Literal["mirror"]
-    reflectance: Reflectance = [1.0, 1.0, 1.0]
-
-
-class Conductor(_Material):
-    """A metal, polished or rough."""
-    type: Literal["conductor"]
-    reflectance: Reflectance = [0.9, 0.9, 0.9]
-    roughness: Fraction = 0.0
-
-
-class Dielectric(_Material):
-    """Glass, water: reflects and refracts."""
-    type: Literal["dielectric"]
-    ior: Annotated[float, Field(ge=1e-3, le=1e3)] = 1.5
-    """Index of refraction of the inside over the outside."""
-    absorption: Radiance = [0.0, 0.0, 0.0]
-    """Part of the light that is lost inside: exp(-absorption x metres) goes on."""
-
-
-Material = TypeAliasType("Material", Annotated[
-    Union[Diffuse, Mirror, Conductor, Dielectric], Field(discriminator="type")])
-MaterialChoice = TypeAliasType("MaterialChoice", _choice(_name_or_inline, name=Name, inline=Material))
 
 
 # --- Objects
@@ -276,9 +106,8 @@ class _Csg(_Object):
     of: Annotated[list[Placement], Field(min_length=2)]
 
 
-class Union_(_Csg):
+class Union(_Csg):
     """All that is inside any of the operands, which are closed."""
-    model_config = ConfigDict(title="Union")
     type: Literal["union"]
 
 
@@ -300,9 +129,9 @@ class Group(_Object):
 
 
 Object = TypeAliasType("Object", Annotated[
-    Union[Sphere, Box, Cylinder, Rectangle, Mesh, Union_, Intersection, Difference, Group],
+    OneOf[Sphere, Box, Cylinder, Rectangle, Mesh, Union, Intersection, Difference, Group],
     Field(discriminator="type")])
-ObjectChoice = TypeAliasType("ObjectChoice", _choice(_name_or_inline, name=Name, inline=Object))
+ObjectChoice = TypeAliasType("ObjectChoice", choice(name_or_inline, name=Name, inline=Object))
 
 
 class Reference(Model):
@@ -312,7 +141,7 @@ class Reference(Model):
     material: MaterialChoice | None = None
 
 
-Placement = TypeAliasType("Placement", _choice(_placement_kind, reference=Reference, inline=Object))
+Placement = TypeAliasType("Placement", choice(_placement_kind, reference=Reference, inline=Object))
 
 
 # --- Lights, camera, settings
@@ -333,7 +162,7 @@ class AreaLight(Model):
     transform: Transform | None = None
 
 
-Light = TypeAliasType("Light", Annotated[Union[PointLight, AreaLight], Field(discriminator="type")])
+Light = TypeAliasType("Light", Annotated[OneOf[PointLight, AreaLight], Field(discriminator="type")])
 
 
 class Perspective(Model):
@@ -365,8 +194,8 @@ def _parallel(a: list[float], b: list[float]) -> bool:
 
 
 class Image(Model):
-    width: Annotated[Integer, Field(ge=1, le=16384)] = 640
-    height: Annotated[Integer, Field(ge=1, le=16384)] = 480
+    width: whole(1, 16384) = 640
+    height: whole(1, 16384) = 480
     filter: Literal["box"] = "box"
 
 
@@ -380,12 +209,12 @@ class Stop(Model):
 
 class Render(Model):
     integrator: Literal["path", "whitted"] = "path"
-    samples: Annotated[Integer, Field(ge=1, le=2**24)] = 64
+    samples: whole(1, 2**24) = 64
     """For each pixel."""
-    max_depth: Annotated[Integer, Field(ge=1, le=10000)] = 8
+    max_depth: whole(1, 10000) = 8
     """Path segments from the camera: 1 shows only what shines by itself."""
     accelerator: Accelerator = "auto"
-    seed: Annotated[Integer, Field(ge=0, le=2**32 - 1)] = 0
+    seed: whole(0, 2**32 - 1) = 0
     stop: Stop = Stop()
     next_event: bool = True
     """Sample lights directly. Without it the path integrator finds them by chance: the same image, with more noise."""
@@ -406,7 +235,7 @@ class Scene(Model):
     """Radiance where a ray hits nothing."""
 
 
-for _model in (Union_, Intersection, Difference, Group, Reference, AreaLight, Scene):
+for _model in (Union, Intersection, Difference, Group, Reference, AreaLight, Scene):
     _model.model_rebuild()
 
 

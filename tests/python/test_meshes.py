@@ -1,0 +1,141 @@
+"""Mesh files of every format are read; what is wrong with one is told in one line."""
+
+import numpy as np
+import pytest
+import trimesh
+from documents import minimal
+from hypothesis import given
+from hypothesis import strategies as st
+
+import tilecast
+from tilecast.scene import SceneError, meshes
+
+PLY = """ply
+format ascii 1.0
+element vertex {vertices}
+property float x
+property float y
+property float z
+element face {faces}
+property list uchar int vertex_indices
+end_header
+"""
+
+
+def ply(vertices, faces) -> bytes:
+    rows = [" ".join(map(str, vertex)) for vertex in vertices]
+    rows += [" ".join(map(str, (len(face), *face))) for face in faces]
+    return (PLY.format(vertices=len(vertices), faces=len(faces)) + "\n".join(rows) + "\n").encode()
+
+
+def exported(kind: str) -> bytes:
+    data = trimesh.creation.icosphere(subdivisions=1).export(file_type=kind)
+    return data.encode() if isinstance(data, str) else data
+
+
+SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+
+
+@pytest.mark.parametrize("kind", ["ply", "obj", "stl", "glb"])
+def test_a_sphere_comes_back_from_every_format(kind):
+    vertices, faces = meshes.load(exported(kind), f"sphere.{kind}")
+    assert vertices.dtype == np.float64 and faces.dtype == np.uint32
+    assert faces.shape == (80, 3)
+    assert np.allclose(np.linalg.norm(vertices, axis=1), 1, atol=1e-6)
+    corners = vertices[faces]
+    volume = np.einsum("ni,ni->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+    assert volume == pytest.approx(trimesh.creation.icosphere(subdivisions=1).volume, rel=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["ply", "obj", "stl", "glb"])
+def test_every_format_is_closed_enough_for_csg(kind, tmp_path):
+    (tmp_path / f"sphere.{kind}").write_bytes(exported(kind))
+    scene = minimal(scene=[{"object": {"type": "difference", "of": [
+        {"type": "box", "min": [-2, -2, -2], "max": [2, 2, 2]}, {"type": "mesh", "file": f"sphere.{kind}"}]}}])
+    loaded = tilecast.load(scene, folder=tmp_path)
+    hits = loaded.crossings(np.array([[0.01, 0.02, 9.0]]), np.array([[0.0, 0.0, -1.0]]))
+    assert len(hits.t) == 4
+
+
+def test_faces_of_many_corners_are_cut_into_triangles():
+    _, faces = meshes.load(ply(SQUARE, [(0, 1, 2, 3)]), "square.ply")
+    assert len(faces) == 2
+    obj = b"v 0 0 0\nv 2 0 0\nv 3 1 0\nv 1 3 0\nv 0 1 0\nf 1 2 3 4 5\nf 1 2 3\nf -5 -4 -3 -2\n"
+    vertices, faces = meshes.load(obj, "mixed.obj")
+    assert len(faces) == 3 + 1 + 2
+    assert faces.max() < len(vertices)
+
+
+def test_a_glb_keeps_the_places_of_its_nodes(tmp_path):
+    scene = trimesh.Scene()
+    box = trimesh.creation.box()
+    scene.add_geometry(box, transform=trimesh.transformations.translation_matrix([5, 0, 0]))
+    scene.add_geometry(box, transform=np.diag([-2.0, 1, 1, 1]))  # mirrored: its faces turn around
+    vertices, faces = meshes.load(scene.export(file_type="glb"), "two.glb")
+    corners = vertices[faces]
+    volume = np.einsum("ni,ni->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+    assert volume == pytest.approx(1 + 2)
+    assert vertices[:, 0].min() == pytest.approx(-1) and vertices[:, 0].max() == pytest.approx(5.5)
+
+
+def test_an_obj_needs_none_of_its_other_files():
+    obj = b"mtllib nothing.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvn 0 0 1\nusemtl a\nf 1/1/1 2/1/1 3/1/1\n"
+    assert meshes.load(obj, "a.obj")[1].shape == (1, 3)
+
+
+@pytest.mark.parametrize("file, data, message", [
+    ("a.ply", b"", "which is empty"),
+    ("a.ply", b"hello", "is not a readable PLY mesh"),
+    ("a.glb", b"hello", "is not a readable GLB mesh"),
+    ("a.stl", b"hello", "holds no faces"),
+    ("a.obj", b"hello", "holds no faces"),
+    ("a.obj", b"v a b c\n", "is not a readable OBJ mesh"),
+    ("a.obj", b"v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 9\n", "is not a readable OBJ mesh"),
+    ("a.obj", b"v 0 0 0\nv 1 0 0\nv 1 1 0\nf 0 1 2\n", "line 4 names vertex 0, but they count from 1"),
+    ("a.obj", b"v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1/1 2/1 0/1\n", "line 4 names vertex 0"),
+    ("a.ply", ply(SQUARE, []), "holds no faces"),
+    ("a.ply", ply([], []), "holds no faces"),
+    ("a.ply", ply(SQUARE, [(0, 1, 7)]), "face 0 has a corner beyond its 4 vertices"),
+    ("a.ply", ply([*SQUARE, (0, "nan", 0)], [(0, 1, 2)]), "vertex 4 is NaN or infinite"),
+    ("a.ply", ply([*SQUARE, ("1e999", 0, 0)], [(0, 1, 2)]), "vertex 4 is NaN or infinite"),
+    ("a.ply", exported("ply").replace(b"vertex 42", b"vertex 4200000000000"), "is not a readable PLY mesh"),
+    ("a.ply", ply(SQUARE, [(0, 1, 2)]).replace(b"vertex 4", b"vertex 4000000000000"), "holds no faces"),
+    ("a.ply", exported("ply")[:-1], "is not a readable PLY mesh"),
+    ("a.glb", exported("glb")[:-1], "is not a readable GLB mesh"),
+    ("a.stl", exported("stl")[:-1], "cut off"),
+])
+def test_a_file_that_is_no_mesh_is_refused(file, data, message):
+    with pytest.raises(SceneError) as caught:
+        meshes.load(data, file)
+    assert message in caught.value.message and repr(file) in caught.value.message
+    assert "\n" not in str(caught.value)
+
+
+@given(st.sampled_from(["ply", "obj", "stl", "glb"]), st.integers(0, 10**6),
+       st.lists(st.tuples(st.integers(0, 10**6), st.integers(0, 255)), max_size=8))
+def test_a_damaged_file_is_a_mesh_or_refused(kind, length, changes):
+    data = bytearray(EXPORTED[kind])
+    if length % 2:
+        del data[length % len(data):]
+    for at, value in changes if data else ():
+        data[at % len(data)] = value
+    try:
+        vertices, faces = meshes.load(bytes(data), f"a.{kind}")
+    except SceneError:
+        return
+    assert np.isfinite(vertices).all() and faces.max() < len(vertices)
+
+
+EXPORTED = {kind: exported(kind) for kind in ("ply", "obj", "stl", "glb")}
+
+
+def test_errors_of_files_lead_to_the_key_that_names_them(tmp_path):
+    (tmp_path / "empty.ply").write_bytes(b"")
+    (tmp_path / "bad.ply").write_bytes(b"ply or not")
+    for file, message in (("none.ply", "is not in"), ("empty.ply", "is empty"), ("bad.ply", "not a readable PLY")):
+        scene = minimal(objects={"m": {"type": "union", "of": [{"type": "sphere", "radius": 1},
+                                                               {"type": "mesh", "file": file}]}}, scene=[{"object": "m"}])
+        with pytest.raises(SceneError) as caught:
+            tilecast.load(scene, folder=tmp_path)
+        assert caught.value.path == "objects.m.of[1].file"
+        assert message in caught.value.message
