@@ -30,7 +30,7 @@ def readyz(manager: Manager) -> dict[str, str | int]:
         manager.store.ping()
     except Exception:
         raise Problem("Not ready", "not-ready", "The database does not answer.", 503) from None
-    threads = sum(manager.engine.workers().values())
+    threads = sum(manager.engine.workers.values())
     if threads == 0:
         raise Problem("Not ready", "not-ready", "There is no worker; accepted jobs wait for one.", 503)
     return {"status": "ready", "threads": threads}
@@ -53,7 +53,7 @@ class _Jobs(Collector):
         for state, count in self._manager.store.counts().items():
             states.add_metric([state], count)
         yield states
-        workers = self._manager.engine.workers()
+        workers = self._manager.engine.workers
         yield GaugeMetricFamily("tilecast_workers", "Worker processes that are up", len(workers))
         yield GaugeMetricFamily("tilecast_worker_threads", "Threads that render", sum(workers.values()))
         yield GaugeMetricFamily("tilecast_listeners", "Open event streams", len(self._manager.hub))

@@ -39,9 +39,10 @@ def set_up() -> None:
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(formatter)
     logging.basicConfig(level=logging.INFO, handlers=[handler], force=True)
+    # Dask hangs handlers of its own on its loggers, when it is imported.
+    for name in [*logging.root.manager.loggerDict]:
+        if name.split(".")[0] in ("distributed", "tornado", "bokeh"):
+            logging.getLogger(name).handlers.clear()
+            logging.getLogger(name).propagate = True
     for name, level in _QUIET.items():
-        logger = logging.getLogger(name)
-        # Dask hangs handlers of its own on its loggers.
-        logger.handlers.clear()
-        logger.propagate = True
-        logger.setLevel(level)
+        logging.getLogger(name).setLevel(level)

@@ -4,10 +4,11 @@ Our own is one worker process, with a thread a core, under a nanny that starts i
 loopback interface alone. Dask runs whatever it is sent: only trusted users may reach a scheduler.
 
 `Engine` is a `concurrent.futures.Executor`. What the dispatcher has to know is simple: a future ends with a result, with
-what the function raised, or with `distributed.KilledWorker` where the worker process died. A lost connection is no
-failure: what was under way is sent again when it is back.
+what the function raised, or with `KilledWorker` where the worker process died. A lost connection is no failure: what was
+under way is sent again when it is back.
 """
 
+import asyncio
 import os
 import threading
 from collections.abc import Callable
@@ -16,7 +17,7 @@ from pathlib import Path
 
 import dask
 import structlog
-from distributed import Client, KilledWorker, LocalCluster, Nanny
+from distributed import Client, KilledWorker, LocalCluster, Nanny, Status
 
 from tilecast.jobs.faults import CannotStart
 
@@ -26,7 +27,6 @@ log = structlog.get_logger()
 
 _WATCH_SECONDS = 1.0
 _CONNECT_SECONDS = 10.0
-_NANNY_GIVEN_UP_SECONDS = 15.0
 _LOCAL_SETTINGS = {
     # The dispatcher decides what becomes of the victims of a dead worker, and hears of it at once.
     "distributed.scheduler.allowed-failures": 0,
@@ -35,7 +35,8 @@ _LOCAL_SETTINGS = {
     "distributed.worker.memory.spill": False,
     "distributed.worker.memory.pause": False,
     "distributed.worker.memory.terminate": 0.95,
-    "distributed.deploy.lost-worker-timeout": "5s",
+    # The nanny is at work when a worker is lost, however long it takes: a cluster that loses patience would close it.
+    "distributed.deploy.lost-worker-timeout": "365 days",
     "distributed.worker.profile.enabled": False,
     "distributed.admin.tick.limit": "30s",
     # Nothing is to be seen over HTTP.
@@ -43,6 +44,7 @@ _LOCAL_SETTINGS = {
     "distributed.worker.http.routes": [],
 }
 _PRELOAD = "tilecast.jobs.worker"
+_GIVEN_UP = (Status.closing, Status.closed, Status.failed)
 
 
 class Engine(Executor):
@@ -55,18 +57,20 @@ class Engine(Executor):
         """
         self.on_slots: Callable[[int], None] = lambda slots: None
         """Called, on a thread of the engine's, when workers came or went."""
+        self.workers: dict[str, int] = {}
+        """The workers that were up a second ago: address -> threads."""
         self._address = scheduler
-        self._threads = threads or os.cpu_count() or 1
+        self._threads = threads or len(os.sched_getaffinity(0))
         self._folder = folder
         self._lock = threading.Lock()
-        self._waiting: list[Callable[[], None]] = []
+        self._waiting: list[Callable[[], None]] = []  # sent again when there is a connection
         self._closing = threading.Event()
         self._cluster = self._start_cluster() if scheduler is None else None
         try:
             self._client = self._connect()
+            self.workers = self._client.nthreads()
         except (OSError, ValueError) as error:
             raise CannotStart(f"cannot reach the scheduler {scheduler}: {error}") from None
-        self._executor = self._client.get_executor(pure=False)
         self._watch = threading.Thread(target=self._watch_cluster, name="engine-watch", daemon=True)
         self._watch.start()
 
@@ -76,38 +80,37 @@ class Engine(Executor):
 
         def send() -> None:
             try:
-                inner = self._executor.submit(function, *args, priority=priority, **kwargs)
+                task = self._client.submit(function, *args, pure=False, priority=priority, **kwargs)
+                # Not through client.get_executor(): where a result is lost with its worker before it was read, and the
+                # task then fails, the future that it gives never ends. The coroutine lets go of `task` when it is
+                # done: what is held would be computed again when its worker dies.
+                outcome = asyncio.run_coroutine_threadsafe(task._result(), self._client.loop.asyncio_loop)
             except Exception:
                 # The client was closed under our feet; the watch makes another one.
                 log.warning("engine_unreachable", exc_info=True)
-                self._wait(send)
+                self._send_later(send)
             else:
-                inner.add_done_callback(settle)
+                outcome.add_done_callback(settle)
 
-        def settle(inner: Future) -> None:
+        def settle(outcome: Future) -> None:
             try:
-                error = inner.exception()
+                error = outcome.exception()
             except CancelledError:
-                self._wait(send)
-                return
-            if not outer.set_running_or_notify_cancel():
-                return
-            if error is None:
-                outer.set_result(inner.result())
-            else:
-                outer.set_exception(error)
+                error = CancelledError()
+            if isinstance(error, (CancelledError, asyncio.CancelledError)):
+                self._send_later(send)
+            elif outer.set_running_or_notify_cancel():
+                if error is None:
+                    outer.set_result(outcome.result())
+                else:
+                    outer.set_exception(error)
 
         send()
         return outer
 
-    def workers(self) -> dict[str, int]:
-        """The workers that are up: address -> threads."""
-        workers = self._client.scheduler_info(n_workers=-1).get("workers", {})
-        return {address: worker["nthreads"] for address, worker in workers.items()}
-
     def slots(self) -> int:
-        """How many chunks can run at once (of our own cluster: once its worker is up)."""
-        return self._threads if self._cluster else max(1, sum(self.workers().values()))
+        """How many tasks can run at once; of our own cluster: once its worker is up."""
+        return self._threads if self._cluster else max(1, sum(self.workers.values()))
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Stop. Our own cluster ends with its worker process; what was under way is lost."""
@@ -119,7 +122,7 @@ class Engine(Executor):
         if self._cluster is not None:
             self._cluster.close(timeout=10)
 
-    def _wait(self, send: Callable[[], None]) -> None:
+    def _send_later(self, send: Callable[[], None]) -> None:
         if not self._closing.is_set():
             with self._lock:
                 self._waiting.append(send)
@@ -140,9 +143,10 @@ class Engine(Executor):
         )
 
     def _connect(self) -> Client:
-        client = Client(self._cluster or self._address, set_as_default=False, name="tilecast", timeout=_CONNECT_SECONDS)
+        address = self._cluster or self._address
+        client = Client(address, set_as_default=False, name="tilecast", timeout=_CONNECT_SECONDS)
         if self._cluster is None:
-            allowed = client.run_on_scheduler(lambda dask_scheduler: dask_scheduler.allowed_failures)
+            allowed = client.run_on_scheduler(_allowed_failures)
             if allowed != 0:
                 log.warning(
                     "scheduler_repeats_crashes",
@@ -153,35 +157,36 @@ class Engine(Executor):
         return client
 
     def _watch_cluster(self) -> None:
-        """Send again what a lost connection left behind, and raise a cluster whose nanny gave up."""
-        empty, patience = 0.0, _NANNY_GIVEN_UP_SECONDS
-        slots = self.slots()
         while not self._closing.wait(_WATCH_SECONDS):
             try:
-                if self._client.status in ("closed", "closing"):
-                    self._client = self._connect()
-                    self._executor = self._client.get_executor(pure=False)
-                if self._client.status == "running":
-                    self._resend()
-                if slots != (slots := self.slots()):
-                    self.on_slots(slots)
-                if self._cluster is None:
-                    continue
-                if self.workers():
-                    empty, patience = 0.0, _NANNY_GIVEN_UP_SECONDS
-                    continue
-                empty += _WATCH_SECONDS
-                if empty > patience:
-                    log.warning("worker_missing", seconds=empty)
-                    self._cluster.scale(0)
-                    self._cluster.scale(1)
-                    # On a machine so slow that starting takes this long, the next one gets longer.
-                    empty, patience = 0.0, 2 * patience
+                self._look_after()
             except Exception:
+                self.workers = {}
                 log.warning("engine_watch_failed", exc_info=True)
 
-    def _resend(self) -> None:
-        with self._lock:
-            waiting, self._waiting = self._waiting, []
-        for send in waiting:
-            send()
+    def _look_after(self) -> None:
+        """Connect again and send what a lost connection left behind; raise a new nanny where the old one gave up, as it
+        does when its worker dies while it starts."""
+        if self._client.status in ("closed", "closing"):
+            self._client = self._connect()
+        if self._client.status == "running":
+            slots = self.slots()
+            self.workers = self._client.nthreads()
+            if self.slots() != slots:
+                self.on_slots(self.slots())
+            with self._lock:
+                waiting, self._waiting = self._waiting, []
+            for send in waiting:
+                send()
+        else:
+            self.workers = {}
+        if self._cluster is not None:
+            nannies = list(self._cluster.workers.values())
+            if all(nanny.status in _GIVEN_UP for nanny in nannies):
+                log.warning("nanny_replaced")
+                self._cluster.scale(0)
+                self._cluster.scale(1)
+
+
+def _allowed_failures(dask_scheduler) -> int:
+    return dask_scheduler.allowed_failures

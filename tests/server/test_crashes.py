@@ -1,0 +1,194 @@
+"""Nothing that dies takes anything with it: the server, its worker, a job that kills whatever renders it."""
+
+import os
+import random
+import signal
+import time
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+from conftest import long_scene, scene, until
+from crashing import CRASHES_IN_ONE_TILE, CRASHES_WHILE_COMPILING, CRASHES_WHILE_RENDERING
+from test_jobs import exr, locally
+
+PRELOAD = {"DASK_DISTRIBUTED__WORKER__PRELOAD": repr([str(Path(__file__).with_name("crashing.py"))])}
+
+
+@pytest.fixture(scope="module")
+def undisturbed() -> np.ndarray:
+    return locally(long_scene())
+
+
+def gone(processes: list[psutil.Process]) -> bool:
+    return not any(process.is_running() and process.status() != psutil.STATUS_ZOMBIE for process in processes)
+
+
+def test_a_killed_server_goes_on_where_it_was(make_server, undisturbed, tmp_path):
+    server = make_server().start()
+    job = server.submit(long_scene())
+    rendered = 0.0
+    for progress in (0.02, 0.3, 0.6):
+        # So far, and then at a moment that nobody chose.
+        now = server.progressed(job, progress)
+        assert now["progress"] >= rendered, "what was stored is not rendered again"
+        time.sleep(random.uniform(0, 0.2))
+        rendered = server.job(job)["progress"]
+        workers = server.children()
+        server.kill()
+        until(lambda: gone(workers), patience=20)
+        server.start()
+    server.reach(job, "done")
+    assert np.array_equal(exr(server, job, tmp_path), undisturbed)
+    stats = server.client.get(job["links"]["stats"]).json()
+    assert [point["samples"] for point in stats["curve"]] == [2**k for k in range(1, 11)]
+    assert stats["rays"]["camera"] == 128 * 96 * 1024
+    leftovers = [path for path in (server.folder / "blobs" / "jobs" / job["id"]).rglob("*") if path.is_file()]
+    assert {path.name for path in leftovers} == {"pixels.npy", "thumbnail.png"}
+
+
+def test_a_killed_worker_costs_nothing_but_time(make_server, undisturbed, tmp_path):
+    server = make_server().start()
+    job = server.submit(long_scene())
+    for progress in (0.05, 0.3, 0.6):
+        server.progressed(job, progress)
+        [worker] = until(server.workers)
+        worker.kill()
+    server.reach(job, "done")
+    assert np.array_equal(exr(server, job, tmp_path), undisturbed)
+
+
+def test_queued_jobs_wait_through_a_restart(make_server):
+    server = make_server().start()
+    jobs = [server.submit(scene(samples=64, seed=seed)) for seed in range(12)]
+    server.kill()
+    server.start()
+    for job in jobs:
+        server.reach(job, "done")
+    # What was done before stays done, without another start.
+    events = server.client.get(jobs[0]["links"]["events"]).text
+    assert events.count('"state":"done"') == 1
+
+
+def test_an_accepted_job_is_there_after_a_kill(make_server):
+    server = make_server(TILECAST_CHECK_SECONDS="0").start()
+    for _ in range(3):
+        job = server.submit(scene())
+        server.kill()
+        server.start()
+        server.reach(job, "done")
+
+
+def test_a_paused_job_stays_paused_through_a_restart(make_server):
+    server = make_server().start()
+    job = server.submit(long_scene())
+    server.progressed(job, 0.01)
+    server.client.patch(job["links"]["self"], json={"state": "paused"})
+    held = server.job(job)
+    server.kill()
+    server.start()
+    assert server.job(job) == held
+
+
+def test_sigterm_ends_in_order_and_loses_nothing(make_server, undisturbed, tmp_path):
+    server = make_server().start()
+    job = server.submit(long_scene())
+    server.progressed(job, 0.2)
+    rendered = server.job(job)["progress"]
+    children = server.children()
+    with server.client.stream("GET", job["links"]["events"]) as listening:
+        next(listening.iter_lines())
+        began = time.monotonic()
+        assert server.stop() == 0
+        assert time.monotonic() - began < 15
+    assert gone(children)
+    server.start()
+    assert server.job(job)["progress"] >= rendered
+    server.reach(job, "done")
+    assert np.array_equal(exr(server, job, tmp_path), undisturbed)
+    log = server.log.read_text()
+    assert "Traceback" not in log and "stopped" in log
+
+
+def test_ctrl_c_in_a_terminal_reaches_everybody_and_ends_in_order(make_server):
+    server = make_server().start()
+    job = server.submit(long_scene())
+    server.progressed(job, 0.01)
+    children = server.children()
+    os.killpg(server.pid, signal.SIGINT)
+    assert server.signal(0) == 0
+    assert gone(children)
+    assert "Traceback" not in server.log.read_text()
+
+
+def test_a_job_that_kills_workers_fails_and_takes_nobody_with_it(make_server, tmp_path):
+    server = make_server(**PRELOAD).start()
+    innocent = [server.submit(scene(width=64, height=48, samples=64, seed=seed)) for seed in (1, 2)]
+    poison = [server.submit(scene(samples=64, seed=seed)) for seed in (CRASHES_WHILE_RENDERING, CRASHES_IN_ONE_TILE)]
+    innocent.append(server.submit(scene(width=64, height=48, samples=64, seed=3)))
+    for job in poison:
+        failed = server.reach(job, "failed")
+        assert "died 3 times" in failed["error"]["message"]
+    for seed, job in enumerate(innocent, 1):
+        server.reach(job, "done")
+        assert np.array_equal(exr(server, job, tmp_path), locally(scene(width=64, height=48, samples=64, seed=seed)))
+    assert server.client.get("/healthz").status_code == 200
+    # What was rendered of it before is there to be seen, and retrying fails in the same way.
+    assert server.client.get(poison[1]["links"]["image"]).status_code == 200
+    server.client.post(f"{poison[0]['links']['self']}/retry")
+    server.reach(poison[0], "failed")
+
+
+def test_a_scene_that_kills_its_compiler_is_accepted_and_fails(make_server):
+    server = make_server(**PRELOAD).start()
+    poison = server.submit(scene(seed=CRASHES_WHILE_COMPILING))
+    innocent = server.submit(scene())
+    assert "died 3 times" in server.reach(poison, "failed")["error"]["message"]
+    server.reach(innocent, "done")
+
+
+def test_damaged_tiles_are_rendered_again(make_server, undisturbed, tmp_path):
+    server = make_server().start()
+    job = server.submit(long_scene())
+    server.progressed(job, 0.3)
+    server.kill()
+    tiles = sorted((server.folder / "blobs" / "jobs" / job["id"] / "tiles").iterdir())
+    tiles[0].write_bytes(b"")
+    tiles[1].write_bytes(tiles[1].read_bytes()[:-100])
+    tiles[2].unlink()
+    (tiles[0].parent / "999999-1").write_bytes(b"left by a kill between put and commit")
+    server.start()
+    server.reach(job, "done")
+    assert np.array_equal(exr(server, job, tmp_path), undisturbed)
+    samples = [point["samples"] for point in server.client.get(job["links"]["curve"]).json()["curve"]]
+    assert samples == [2**k for k in range(1, 11)]
+
+
+def test_what_no_job_needs_is_swept_at_the_start(make_server):
+    server = make_server().start()
+    job = server.reach(server.submit(scene()), "done")
+    server.stop()
+    blobs = server.folder / "blobs"
+    litter = [blobs / "jobs/0123456789abcdef/tiles/0-1", blobs / f"jobs/{job['id']}/tiles/0-1",
+              blobs / "scenes/0000.json", blobs / "uploads/half"]
+    for path in litter:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(b"x")
+    server.start()
+    assert not any(path.exists() for path in litter)
+    assert server.client.get(job["links"]["image"]).status_code == 200
+
+
+def test_a_worker_that_dies_at_birth_again_and_again_is_replaced(make_server):
+    """Dask's nanny gives up when its worker dies while it starts; then the server raises another nanny."""
+    server = make_server().start()
+    [worker] = until(server.workers)
+    worker.kill()
+    end = time.monotonic() + 2
+    while time.monotonic() < end:
+        for young in server.workers():
+            young.kill()
+        time.sleep(0.05)
+    job = server.submit(scene())
+    server.reach(job, "done")
