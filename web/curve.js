@@ -1,11 +1,11 @@
 /** Error against run time, both axes logarithmic: the estimate, its 95% band, and the slope to expect. */
 
 import { element, svg } from "./dom.js";
-import { count, duration, power, scientific } from "./format.js";
+import { count, duration, interval, power, scientific } from "./format.js";
 
 const WIDTH = 380;
 const HEIGHT = 270;
-const MARGIN = { left: 54, right: 10, top: 8, bottom: 42 };
+const MARGIN = { left: 66, right: 10, top: 8, bottom: 42 };
 const THINNEST = 1.5; // units between two points that are both drawn
 
 export class CurveChart {
@@ -72,7 +72,7 @@ export class CurveChart {
     this.#plot.replaceChildren(...frame(x, y), ...slope(this.#drawn, x, y), ...curve(this.#drawn, y), ...legend());
     this.#rows.replaceChildren(...this.#drawn.map(({ point }) => element("tr", {}, ...[
       duration(point.seconds), count(point.samples), scientific(point.relative_mse),
-      hasBand(point) ? `${scientific(point.low)} to ${scientific(point.high)}` : "–", scientific(point.mse),
+      hasBand(point) ? interval(point.low, point.high) : "–", scientific(point.mse),
     ].map((text) => element("td", {}, text)))));
   }
 
@@ -95,7 +95,7 @@ export class CurveChart {
   #say(point) {
     this.#readout.textContent = point === undefined ? "\u00a0"
       : `${count(point.samples)} samples, ${duration(point.seconds)}: relMSE ${scientific(point.relative_mse)}`
-        + (hasBand(point) ? ` (95%: ${scientific(point.low)} to ${scientific(point.high)})` : "");
+        + (hasBand(point) ? ` (95%: ${interval(point.low, point.high)})` : "");
   }
 }
 
@@ -138,7 +138,7 @@ function frame(x, y) {
   parts.push(svg("text", { class: "curve-title", x: (left + right) / 2, y: HEIGHT - 6, "text-anchor": "middle" },
     "Render time (seconds)"));
   parts.push(svg("text", {
-    class: "curve-title", "text-anchor": "middle", transform: `translate(13 ${(top + bottom) / 2}) rotate(-90)`,
+    class: "curve-title", "text-anchor": "middle", transform: `translate(11 ${(top + bottom) / 2}) rotate(-90)`,
   }, "Relative MSE"));
   return parts;
 }

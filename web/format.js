@@ -2,11 +2,13 @@
 
 const SUPERSCRIPTS = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 
-/** Seconds: "0.42 s", "12 s", "3 min 05 s", "2 h 10 min", "3 d 4 h". */
+/** Seconds: "42 ms", "3.2 s", "12 s", "3 min 05 s", "2 h 10 min", "3 d 4 h". */
 export function duration(seconds) {
   if (!Number.isFinite(seconds) || seconds < 0) return "–";
-  if (seconds < 1) return `${seconds.toPrecision(2)} s`;
-  if (seconds < 10) return `${seconds.toFixed(1)} s`;
+  if (seconds === 0) return "0 s";
+  if (seconds < 0.9995e-3) return `${Number((seconds * 1e6).toPrecision(2))} µs`;
+  if (seconds < 0.9995) return `${Number((seconds * 1e3).toPrecision(2))} ms`;
+  if (seconds < 9.95) return `${seconds.toFixed(1)} s`;
   const whole = Math.round(seconds);
   if (whole < 60) return `${whole} s`;
   if (whole < 3600) return `${Math.floor(whole / 60)} min ${String(whole % 60).padStart(2, "0")} s`;
@@ -42,6 +44,11 @@ export function scientific(number, digits = 2) {
   if (number === 0) return "0";
   const [mantissa, exponent] = number.toExponential(digits - 1).split("e");
   return `${mantissa}·${power(Number(exponent))}`;
+}
+
+/** An interval, with a digit more than its middle is given with: it may be narrow. */
+export function interval(low, high) {
+  return `${scientific(low, 3)} to ${scientific(high, 3)}`;
 }
 
 /** 10⁻⁴ for -4. */

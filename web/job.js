@@ -85,7 +85,10 @@ export function showJob(container, { id, signal }) {
       onEvent(type, data) {
         heard = performance.now();
         if (type === "tile") viewer.tileChanged(data);
-        if (type === "error") chart.add(data);
+        if (type === "error") {
+          chart.add(data);
+          readStatistics();
+        }
         reading.soon();
       },
     });
@@ -96,9 +99,13 @@ export function showJob(container, { id, signal }) {
     await Promise.all([
       part(getTiles, ({ tiles }) => viewer.setTiles(tiles)),
       part(getCurve, ({ curve }) => chart.set(curve)),
-      part(getStatistics, (figures) => statistics.set(figures)),
+      readStatistics(),
     ]);
     viewer.canvas.setAttribute("aria-label", `The picture, ${job.width} by ${job.height} pixels, ${job.state}`);
+  }
+
+  function readStatistics() {
+    return part(getStatistics, (figures) => statistics.set(figures));
   }
 
   async function part(get, use) {

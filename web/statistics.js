@@ -1,7 +1,7 @@
 /** A job's statistics as a list of terms, and the features that its scene used and left out. */
 
 import { element } from "./dom.js";
-import { bytes, count, duration, scientific, short } from "./format.js";
+import { bytes, count, duration, interval, scientific, short } from "./format.js";
 
 /** {element, set(statistics)}; the contract of --stats. What is missing is left out. */
 export function statisticsTable() {
@@ -32,7 +32,7 @@ function terms({ seconds = {}, rays = {}, accelerator = {}, error, samples, rays
   add("Shadow rays", rays.shadow, short);
   add("Rays a second", speed, short);
   add("Relative MSE", error?.relative_mse, scientific);
-  if (error && error.high > 0) rows.push(["95% interval", `${scientific(error.low)} to ${scientific(error.high)}`]);
+  if (error && error.high > 0) rows.push(["95% interval", interval(error.low, error.high)]);
   add("MSE", error?.mse, scientific);
   add("Accelerator", accelerator.kind, String);
   add("Nodes", accelerator.nodes, count);

@@ -86,7 +86,10 @@ def test_place_of_a_value(run):
 @pytest.mark.parametrize(
     ("call", "text"),
     [
-        ("duration(0.042)", "0.042 s"),
+        ("duration(0)", "0 s"),
+        ("duration(0.0000016)", "1.6 µs"),
+        ("duration(0.042)", "42 ms"),
+        ("duration(0.9999)", "1.0 s"),
         ("duration(3.21)", "3.2 s"),
         ("duration(59.4)", "59 s"),
         ("duration(60)", "1 min 00 s"),
@@ -98,6 +101,7 @@ def test_place_of_a_value(run):
         ("bytes(512)", "512\u202fB"),
         ("scientific(0.00032)", "3.2·10⁻⁴"),
         ("scientific(0)", "0"),
+        ("interval(0.0168, 0.0172)", "1.68·10⁻² to 1.72·10⁻²"),
         ("percent(0.9999)", "99%"),
         ("percent(1)", "100%"),
     ],

@@ -29,11 +29,10 @@ def test_scripts_and_styles_stand_in_files(server):
     assert not re.search(r"<script(?![^>]*\bsrc=)|<style|\bstyle=|\son\w+=", text)
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("width", [320, 390, 768])
-def test_no_view_is_wider_than_the_screen(server, browser, width, scheme):
+def test_no_view_is_wider_than_the_screen(server, browser, width):
     job = post(server.url, scene(), name="a-name-without-any-space-in-it-" * 4)
-    watched = Watched(browser, viewport={"width": width, "height": 800}, color_scheme=scheme)
+    watched = Watched(browser, viewport={"width": width, "height": 800})
     page = watched.page
     open_job(page, server.url, job["id"])
     wait_for_state(page, "done")
