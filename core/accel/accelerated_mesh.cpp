@@ -1,6 +1,9 @@
 #include "accel/accelerated_mesh.h"
 
 namespace tilecast {
+namespace {
+constexpr float kTriangleCost = 1.0f;
+}
 
 AcceleratedMesh::AcceleratedMesh(Mesh mesh, std::string_view accelerator) : mesh_(std::move(mesh)) {
   std::vector<FrameBox> boxes;
@@ -14,7 +17,7 @@ AcceleratedMesh::AcceleratedMesh(Mesh mesh, std::string_view accelerator) : mesh
     }
     boxes.push_back(box);
   }
-  accelerator_ = Accelerator::build(accelerator, boxes);
+  accelerator_ = Accelerator::build(accelerator, boxes, kTriangleCost);
   triangles_.reserve(boxes.size());
   for (uint32_t face : accelerator_.order()) triangles_.push_back(mesh_.triangle(face));
 }

@@ -10,7 +10,7 @@ namespace {
 constexpr size_t kHandful = 4;  // fewer primitives than this need no hierarchy
 }
 
-Accelerator Accelerator::build(std::string_view kind, std::span<const FrameBox> boxes) {
+Accelerator Accelerator::build(std::string_view kind, std::span<const FrameBox> boxes, float test_cost) {
   auto start = std::chrono::steady_clock::now();
   if (kind != "auto" && kind != "none" && kind != "bvh")
     throw Error("accelerator must be auto, none or bvh, got " + std::string(kind));
@@ -20,7 +20,7 @@ Accelerator Accelerator::build(std::string_view kind, std::span<const FrameBox> 
 
   Accelerator out;
   if (kind == "bvh") {
-    Bvh bvh = Bvh::build(boxes, out.order_);
+    Bvh bvh = Bvh::build(boxes, test_cost, out.order_);
     out.stats_.nodes = bvh.nodes().size();
     out.stats_.bytes = bvh.nodes().size() * sizeof(Bvh::Node);
     out.structure_ = std::move(bvh);

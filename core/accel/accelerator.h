@@ -27,8 +27,9 @@ struct AcceleratorStats {
 
 class Accelerator {
  public:
-  // kind: auto, none or bvh. `auto` goes without for a handful of primitives.
-  static Accelerator build(std::string_view kind, std::span<const FrameBox> boxes);
+  // kind: auto, none or bvh. `auto` goes without for a handful of primitives. test_cost: of a primitive, in steps from
+  // a node to its child.
+  static Accelerator build(std::string_view kind, std::span<const FrameBox> boxes, float test_cost);
 
   // Primitives in the order of the leaves.
   const std::vector<uint32_t>& order() const { return order_; }

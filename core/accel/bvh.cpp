@@ -7,7 +7,6 @@ namespace {
 
 constexpr int kBins = 16;
 constexpr uint32_t kLeafSize = 4;
-constexpr float kStepCost = 1.0f, kTestCost = 1.0f;
 constexpr int kHeuristicDepth = 38;  // from here on halves by index: at most 32 levels more
 
 struct Bounds {
@@ -52,7 +51,8 @@ struct Binning {
   }
 };
 
-Split best_split(std::span<const FrameBox> boxes, std::span<const uint32_t> items, const Binning& binning, float area) {
+Split best_split(std::span<const FrameBox> boxes, std::span<const uint32_t> items, const Binning& binning, float area,
+                 float test_cost) {
   Split best;
   for (int axis = 0; axis < 3; ++axis) {
     if (binning.scale[axis] == 0.0f) continue;
@@ -77,7 +77,7 @@ Split best_split(std::span<const FrameBox> boxes, std::span<const uint32_t> item
       left.extend(bounds[b - 1]);
       left_count += counts[b - 1];
       if (left_count == 0 || left_count == items.size()) continue;
-      float cost = kStepCost + kTestCost * (left.half_area() * left_count + right_cost[b]) / area;
+      float cost = 1.0f + test_cost * (left.half_area() * left_count + right_cost[b]) / area;
       if (cost < best.cost) best = {axis, b, cost};
     }
   }
@@ -96,7 +96,7 @@ FrameBox FrameBox::around(const Frame& frame, const Box& box) {
   return out;
 }
 
-Bvh Bvh::build(std::span<const FrameBox> boxes, std::vector<uint32_t>& order) {
+Bvh Bvh::build(std::span<const FrameBox> boxes, float test_cost, std::vector<uint32_t>& order) {
   Bvh bvh;
   order.resize(boxes.size());
   std::iota(order.begin(), order.end(), 0u);
@@ -121,8 +121,8 @@ Bvh Bvh::build(std::span<const FrameBox> boxes, std::vector<uint32_t>& order) {
 
     Binning binning(boxes, items);
     Split split;
-    if (task.depth < kHeuristicDepth) split = best_split(boxes, items, binning, bounds.half_area());
-    if (task.count <= kLeafSize && !(split.cost < kTestCost * task.count)) continue;
+    if (task.depth < kHeuristicDepth) split = best_split(boxes, items, binning, bounds.half_area(), test_cost);
+    if (task.count <= kLeafSize && !(split.cost < test_cost * task.count)) continue;
     uint32_t left = task.count / 2;
     if (split.axis >= 0) {
       auto middle = std::partition(items.begin(), items.end(), [&](uint32_t item) {

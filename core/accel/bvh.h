@@ -28,8 +28,8 @@ class Bvh {
   };
   static constexpr int kMaxDepth = 72;
 
-  // `order` receives the primitives in the order of the leaves.
-  static Bvh build(std::span<const FrameBox> boxes, std::vector<uint32_t>& order);
+  // `order` receives the primitives in the order of the leaves. test_cost: of a primitive, in steps to a child.
+  static Bvh build(std::span<const FrameBox> boxes, float test_cost, std::vector<uint32_t>& order);
 
   const std::vector<Node>& nodes() const { return nodes_; }
 

@@ -23,7 +23,9 @@ Rgb shadow_transmittance(const Scene& scene, Ray ray, Media media, RayCounts& co
     if (material.kind != MaterialKind::Dielectric) return Rgb(0.0);
     left *= media.transmittance(length * hit.t);
     double cosine = std::min(1.0, std::fabs(glm::dot(surface.normal, ray.direction)) / length);
-    left *= 1.0 - fresnel_dielectric(cosine, media.eta(material, hit.entering)).reflectance;
+    // Unbent, the ray has one angle on both sides: that of the thinner medium, so that nothing is totally reflected.
+    double eta = media.eta(material, hit.entering);
+    left *= 1.0 - fresnel_dielectric(cosine, std::max(eta, 1.0 / eta)).reflectance;
     if (hit.entering)
       media.enter(&material);
     else

@@ -4,6 +4,7 @@
 
 namespace tilecast {
 namespace {
+constexpr float kInstanceCost = 4.0f;  // the ray goes into its space first
 constexpr uint64_t kMostPrimitives = uint64_t(1) << 62;
 }
 
@@ -31,7 +32,7 @@ Assembly Assembly::build(std::vector<Instance> instances, const std::vector<Obje
   frame_boxes.reserve(boxes.size());
   for (const Box& box : boxes)
     frame_boxes.push_back(FrameBox::around(out.frame, box.empty() ? Box{out.frame.centre, out.frame.centre} : box));
-  out.accelerator = Accelerator::build(accelerator, frame_boxes);
+  out.accelerator = Accelerator::build(accelerator, frame_boxes, kInstanceCost);
   return out;
 }
 
