@@ -33,8 +33,8 @@ def scene(width: int = 32, height: int = 24, samples: int = 4, **render) -> dict
 
 
 def long_scene(**render) -> dict:
-    """Several seconds of work on two cores."""
-    return scene(width=128, height=96, samples=1024, **render)
+    """Some seconds of work on two cores."""
+    return scene(width=96, height=64, samples=1024, **render)
 
 
 def until(condition: Callable[[], object], patience: float = PATIENCE):

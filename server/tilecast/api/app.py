@@ -28,7 +28,6 @@ def create_app(manager: Manager) -> FastAPI:
     app.state.manager = manager
     app.state.settings = settings
     problems.install(app)
-    app.add_exception_handler(events.Ended, events.answer_ended)
     for router in (jobs.router, events.router, images.router, assets.router, health.router):
         app.include_router(router)
     page.add_page(app, settings.scenes)

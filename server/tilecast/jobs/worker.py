@@ -3,6 +3,7 @@
 Dask imports this module when it starts a worker of its own (`dask_setup`), and by name whenever a task arrives.
 """
 
+import logging
 import signal
 import threading
 from collections import OrderedDict
@@ -112,5 +113,8 @@ def missing(name: str) -> str:
 
 
 def dask_setup(_worker: object) -> None:
-    """Leave Ctrl-C, which the terminal sends to every process of the service, to the server: it stops the worker."""
+    """Set up the process of a local worker."""
+    # Ctrl-C, which the terminal sends to every process of the service, is for the server: it stops the worker.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # That a worker is stopped in the middle of a chunk is no news.
+    logging.getLogger("distributed.worker.state_machine").setLevel(logging.ERROR)
