@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 from typing import Union as OneOf  # Union is a kind of object here
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import BeforeValidator, Field, field_validator, model_validator
 from pydantic.json_schema import GenerateJsonSchema
 from typing_extensions import TypeAliasType
 
@@ -220,9 +220,15 @@ class Render(Model):
     """Sample lights directly. Without it the path integrator finds them by chance: the same image, with more noise."""
 
 
+def _no_boolean(value: Any) -> Any:
+    if isinstance(value, bool):  # Python takes true for 1
+        raise fault(f"must be 1, got {str(value).lower()}")
+    return value
+
+
 class Scene(Model):
     """A scene and how to render it."""
-    version: Literal[1] = 1
+    version: Annotated[Literal[1], BeforeValidator(_no_boolean)] = 1
     camera: Perspective
     image: Image = Image()
     render: Render = Render()

@@ -1,0 +1,126 @@
+"""The error estimate against distributions whose error is known.
+
+200 images of each. The tolerances of predicted over true MSE are 5 standard errors. One image's log ratio scatters by the
+interval's half width over 1.96, which is 0.036 for grey noise over 64 x 64 pixels (2 / sqrt(4096), times the unevenness of
+its variance), so the mean of 200 by 0.0026. A 95% interval that is right covers 200 times at least 0.95 - 3 sqrt(0.95 *
+0.05 / 200) = 90.4% with a probability of 99.8%.
+"""
+
+import functools
+
+import numpy as np
+import pytest
+from chunks import draw, exposed
+
+from tilecast.render.error import _window_mean
+from tilecast.render.plan import make_plan
+
+RUNS, SIZE = 200, 64
+
+y, x = np.mgrid[:SIZE, :SIZE] / SIZE
+TRUTH = np.stack([0.1 + x, 0.5 + 0.4 * np.sin(9 * y), 0.05 + 0.3 * (x > 0.5)], axis=2)
+SPREAD = (0.05 + TRUTH) * [1.0, 0.5, 2.0]
+
+
+def normal(generator, shape):
+    """Channels independent."""
+    return TRUTH + SPREAD * generator.standard_normal(shape)
+
+
+def grey(generator, shape):
+    """All channels share their noise, as with light of one colour."""
+    return TRUTH + SPREAD * generator.standard_normal((*shape[:3], 1))
+
+
+def exponential(generator, shape):
+    return TRUTH * generator.exponential(size=(*shape[:3], 1))
+
+
+def rare(generator, shape):
+    """One sample in 64 meets the light; the others are black."""
+    return TRUTH * (generator.random((*shape[:3], 1)) < 1 / 64) * 64
+
+
+@functools.cache
+def estimates(sampler, samples):
+    """For each run: (mse, low, high, true) and the same relative."""
+    plan = make_plan(SIZE, SIZE, samples, 32)
+    found = []
+    for seed in range(RUNS):
+        film = exposed(plan, draw(plan, sampler, seed))
+        error = film.error(len(plan.checkpoints) - 1)
+        square = (film.pixels().astype(np.float64) - TRUTH) ** 2
+        found.append([(error.mse, error.mse_low, error.mse_high, square.mean()),
+                      (error.relative_mse, error.low, error.high, (square / (TRUTH**2 + 0.01)).mean())])
+    return np.array(found).transpose(1, 2, 0)
+
+
+def coverage(low, high, true):
+    return np.mean((low <= true) & (true <= high))
+
+
+@pytest.mark.parametrize("sampler, samples", [
+    (normal, 16), (normal, 5), (grey, 16), (exponential, 16), (rare, 16)])
+def test_predicted_over_true_mse_is_one_and_the_interval_covers(sampler, samples):
+    (mse, low, high, true), _ = estimates(sampler, samples)
+    assert mse.mean() / true.mean() == pytest.approx(1, abs=0.013)
+    assert 0.904 <= coverage(low, high, true)
+    assert np.median(np.log(high / mse)) < 0.15  # and is not wide for nothing
+
+
+@pytest.mark.parametrize("sampler, samples", [(normal, 16), (grey, 16), (exponential, 16), (rare, 16), (rare, 64)])
+def test_predicted_over_true_relative_mse_is_within_five_per_cent(sampler, samples):
+    _, (relative, _, _, true) = estimates(sampler, samples)
+    assert relative.mean() / true.mean() == pytest.approx(1, abs=0.05)
+
+
+@pytest.mark.parametrize("sampler", [normal, grey, exponential])
+def test_the_interval_of_the_relative_error_covers(sampler):
+    _, (_, low, high, true) = estimates(sampler, 64)
+    assert 0.904 <= coverage(low, high, true)
+
+
+def test_the_first_checkpoint_has_an_interval_too():
+    (mse, low, high, true), _ = estimates(grey, 2)
+    assert mse.mean() / true.mean() == pytest.approx(1, abs=0.013)
+    assert 0.904 <= coverage(low, high, true)
+
+
+def test_light_that_few_have_met_is_not_taken_for_finished():
+    """The stop of an image waits for 16 samples and for the upper end of the interval. Were I taken for R in the
+    denominator, the pixels that have not met the light would hide the error of those that have."""
+    _, (relative, _, _, true) = estimates(rare, 16)
+    plan = make_plan(SIZE, SIZE, 16, 32)
+    film = exposed(plan, draw(plan, rare))
+    pixels = film.pixels().astype(np.float64)
+    sums = [film._tiles[tile.index].sums for tile in plan.tiles]
+    halves = np.zeros((2, SIZE, SIZE, 3))
+    for tile, tile_sums in zip(plan.tiles, sums):
+        halves[:, tile.y:tile.y + tile.height, tile.x:tile.x + tile.width] = tile_sums / 8
+    naive = ((halves[0] - halves[1]) ** 2 / 4 / (pixels**2 + 0.01)).mean()
+    assert naive < 0.5 * true.mean()
+    assert relative.min() > 0.75 * true.mean()
+
+
+def test_a_noiseless_image_has_no_error():
+    plan = make_plan(SIZE, SIZE, 8, 32)
+    error = exposed(plan, np.broadcast_to(TRUTH, (8, SIZE, SIZE, 3))).error(2)
+    assert error.mse == error.mse_low == error.mse_high == 0
+    assert error.relative_mse == error.low == error.high == 0
+
+
+def test_one_sample_tells_nothing_of_its_error():
+    plan = make_plan(SIZE, SIZE, 1)
+    assert plan.checkpoints == ()
+    assert exposed(plan, draw(plan, normal)).checkpoints_done == 0
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (3, 5), (9, 8), (16, 13), (64, 20)])
+def test_the_window_mean_is_the_mean_over_the_window(shape):
+    image = np.random.default_rng(0).random((2, *shape))
+    image[0, 0, 0] = 1e12  # a bright pixel must not drown those outside of its windows
+    means = _window_mean(image)
+    for row in range(shape[0]):
+        for column in range(shape[1]):
+            window = image[:, max(row - 4, 0):row + 5, max(column - 4, 0):column + 5]
+            assert np.allclose(means[:, row, column], window.mean(axis=(1, 2)), rtol=1e-12)

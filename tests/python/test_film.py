@@ -1,0 +1,156 @@
+"""The film's bits depend on the samples alone: not on the order of arrival, the tiles, or a stop in between."""
+
+import random
+
+import numpy as np
+import pytest
+from chunks import chunk_sums, draw, exposed, normal
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tilecast.render.film import Film
+from tilecast.render.plan import Chunk, make_plan
+
+sizes = st.tuples(st.integers(1, 24), st.integers(1, 24), st.integers(1, 40))  # pixels, pixels, samples
+tile_sizes = st.integers(4, 32)
+
+
+@given(sizes, tile_sizes, st.randoms(use_true_random=False))
+def test_the_order_of_arrival_changes_nothing(size, tile_size, shuffler):
+    plan = make_plan(*size, tile_size)
+    image = draw(plan, normal)
+    first = exposed(plan, image)
+    chunks = list(plan.chunks())
+    shuffler.shuffle(chunks)
+    second = exposed(plan, image, chunks)
+    assert np.array_equal(first.pixels(), second.pixels())
+    for tile in plan.tiles:
+        assert first.save_tile(tile) == second.save_tile(tile)
+    if plan.checkpoints:
+        assert first.error(len(plan.checkpoints) - 1) == second.error(len(plan.checkpoints) - 1)
+
+
+@given(sizes, tile_sizes, tile_sizes)
+def test_the_tile_size_changes_no_pixel(size, one, other):
+    plans = [make_plan(*size, tile_size) for tile_size in (one, other)]
+    image = draw(plans[0], normal)
+    assert np.array_equal(exposed(plans[0], image).pixels(), exposed(plans[1], image).pixels())
+
+
+def test_the_pixels_are_the_mean_of_the_samples():
+    plan = make_plan(20, 10, 37, 8)
+    image = draw(plan, normal)
+    film = exposed(plan, image)
+    assert film.pixels().dtype == np.float32
+    assert np.allclose(film.pixels(), image.mean(axis=0), rtol=1e-6)
+    assert film.samples == 20 * 10 * 37
+
+
+def test_what_has_no_sample_yet_is_black_and_grows_by_range():
+    plan = make_plan(8, 4, 8, 4)
+    left, right = plan.tiles
+    image = draw(plan, normal)
+    film = Film(plan)
+    first, second = [Chunk(left, index, *plan.ranges[index]) for index in (0, 1)]
+    assert not film.add(second, chunk_sums(image, second))  # kept aside: the first is not there
+    assert film.tile_version(left) == 0 and not film.pixels().any()
+    assert film.add(first, chunk_sums(image, first))
+    assert (film.tile_version(left), film.tile_samples(left), film.tile_samples(right)) == (2, 4, 0)
+    assert np.allclose(film.tile_pixels(left), image[:4, :, :4].mean(axis=0), rtol=1e-6)
+    assert not film.tile_pixels(right).any()
+    assert np.array_equal(film.pixels()[:, :4], film.tile_pixels(left))
+
+
+def test_a_chunk_that_comes_twice_counts_once():
+    plan = make_plan(4, 4, 8, 4)
+    image = draw(plan, normal)
+    chunks = list(plan.chunks())
+    twice = exposed(plan, image, [*chunks, *chunks, chunks[1]])
+    assert np.array_equal(twice.pixels(), exposed(plan, image).pixels())
+    assert twice.samples == 4 * 4 * 8
+
+
+@settings(max_examples=40)
+@given(sizes, tile_sizes, st.integers(0, 10**6))
+def test_a_tile_comes_back_from_its_bytes(size, tile_size, seed):
+    plan = make_plan(*size, tile_size)
+    image = draw(plan, normal)
+    chunks = list(plan.chunks())
+    film = Film(plan)
+    for chunk in random.Random(seed).sample(chunks, len(chunks) // 2):
+        film.add(chunk, chunk_sums(image, chunk), (1, 2, 3), 0.25)
+    again = Film(plan)
+    for tile in plan.tiles:
+        if film.tile_version(tile):
+            again.load_tile(tile, film.save_tile(tile))
+    assert np.array_equal(film.pixels(), again.pixels())
+    assert (film.samples, film.rays, film.seconds) == (again.samples, again.rays, again.seconds)
+    for chunk in chunks:  # both go on to the same end; what is there already counts once
+        for one in (film, again):
+            one.add(chunk, chunk_sums(image, chunk), (1, 2, 3), 0.25)
+    assert film.checkpoints_done == again.checkpoints_done == len(plan.checkpoints)
+    whole = exposed(plan, image)
+    assert np.array_equal(whole.pixels(), again.pixels()) and np.array_equal(whole.pixels(), film.pixels())
+    assert [film.error(at) for at in range(len(plan.checkpoints))] == \
+        [whole.error(at) for at in range(len(plan.checkpoints))] == \
+        [again.error(at) for at in range(len(plan.checkpoints))]
+
+
+def test_bytes_of_another_tile_or_plan_and_damaged_ones_are_refused():
+    plan = make_plan(8, 4, 8, 4)
+    image = draw(plan, normal)
+    film = exposed(plan, image)
+    data = film.save_tile(plan.tiles[0])
+    with pytest.raises(ValueError, match="belongs to another plan or tile"):
+        Film(plan).load_tile(plan.tiles[1], data)
+    with pytest.raises(ValueError, match="belongs to another plan or tile"):
+        Film(make_plan(8, 4, 9, 4)).load_tile(plan.tiles[0], data)
+    for broken in (b"", data[:-20], data[:200], data.replace(b"sums.npy", b"sumz.npy")):
+        with pytest.raises(ValueError, match="is damaged"):
+            Film(plan).load_tile(plan.tiles[0], broken)
+    for at in range(0, len(data), 37):  # every flipped byte is found, or falls on one that means nothing
+        flipped = bytearray(data)
+        flipped[at] ^= 0x55
+        fresh = Film(plan)
+        try:
+            fresh.load_tile(plan.tiles[0], bytes(flipped))
+        except ValueError:
+            continue
+        assert np.array_equal(fresh.tile_pixels(plan.tiles[0]), film.tile_pixels(plan.tiles[0]))
+    with pytest.raises(ValueError, match="has samples already"):
+        film.load_tile(plan.tiles[0], data)
+    with pytest.raises(ValueError, match="no samples to save"):
+        Film(plan).save_tile(plan.tiles[0])
+
+
+def test_sums_of_the_wrong_shape_are_refused():
+    plan = make_plan(8, 4, 8, 4)
+    with pytest.raises(ValueError, match=r"must be \(2, 4, 4, 3\), got \(2, 3, 4, 3\)"):
+        Film(plan).add(next(plan.chunks()), np.zeros((2, 3, 4, 3)))
+
+
+def test_ranges_beyond_the_limit_wait():
+    plan = make_plan(8, 4, 16, 4)
+    image = draw(plan, normal)
+    film = Film(plan)
+    film.limit = 2
+    for chunk in plan.chunks():
+        film.add(chunk, chunk_sums(image, chunk))
+    assert [film.tile_version(tile) for tile in plan.tiles] == [2, 2]
+    assert film.allow(3) == list(plan.tiles)
+    film.drop_waiting()
+    assert film.allow(4) == []
+    assert [film.tile_samples(tile) for tile in plan.tiles] == [8, 8]
+
+
+def test_a_reader_sees_whole_states_while_the_film_grows():
+    plan = make_plan(4, 4, 16, 4)
+    image = draw(plan, normal)
+    film = Film(plan)
+    chunks = list(plan.chunks())
+    film.add(chunks[0], chunk_sums(image, chunks[0]))
+    state = film._tiles[0]
+    before = state.sums.copy()
+    for chunk in chunks[1:]:
+        film.add(chunk, chunk_sums(image, chunk))
+    assert np.array_equal(state.sums, before)  # replaced, not changed
