@@ -41,6 +41,10 @@ def job(url: str, id_: str) -> dict:
     return httpx.get(f"{url}/v1/jobs/{id_}").raise_for_status().json()
 
 
+def change(url: str, id_: str, **fields) -> None:
+    httpx.patch(f"{url}/v1/jobs/{id_}", json=fields).raise_for_status()
+
+
 def open_job(page: Page, url: str, id_: str) -> None:
     page.goto(f"{url}/#/jobs/{id_}")
     page.locator("canvas").wait_for()

@@ -2,11 +2,12 @@
 
 import pictures
 import pytest
-from pictures import canvas, expect_picture, known, open_job, png, post, scene, wait_for_known, wait_for_state
+from pictures import canvas, change, expect_picture, known, open_job, png, post, scene, wait_for_known, wait_for_state
 from playwright.sync_api import expect
 
 
 def test_tiles_show_before_the_job_is_done_and_the_finished_picture_after(server, page, tmp_path):
+    page.goto(server.url)
     job = post(server.url, scene(seconds=3), name="live")
     open_job(page, server.url, job["id"])
     wait_for_known(page, 0.01)
@@ -66,18 +67,22 @@ def test_exposure_brightens_what_is_shown_and_leaves_the_image_alone(server, pag
 
 
 def test_reload_in_the_middle_goes_on(server, page, tmp_path):
+    page.goto(server.url)
     job = post(server.url, scene(seconds=4))
     open_job(page, server.url, job["id"])
     wait_for_known(page, 1)
+    change(server.url, job["id"], state="paused")  # so that the middle lasts for as long as the reload takes
     page.reload()
     page.locator("canvas").wait_for()
     wait_for_known(page, 1)
-    assert pictures.job(server.url, job["id"])["state"] == "running"
+    wait_for_state(page, "paused")
+    change(server.url, job["id"], state="queued")
     wait_for_state(page, "done")
     expect_picture(page, png(server.url, job["id"], tmp_path))
 
 
 def test_killed_and_restarted_server_is_found_again(own_server, page, tmp_path):
+    page.goto(own_server.url)
     job = post(own_server.url, scene(seconds=5))
     open_job(page, own_server.url, job["id"])
     wait_for_known(page, 1)

@@ -106,7 +106,7 @@ def reach(page, target, backwards=False):
 
 
 def test_views_leave_nothing_behind(server, page):
-    """Nodes and listeners after 40 turns between the views are those of a few turns."""
+    """Nodes and listeners after many turns between the views are those of a few turns."""
     jobs = [post(server.url, scene(size=(256, 256), samples=1)) for _ in range(3)]
     session = page.context.new_cdp_session(page)
 
@@ -124,10 +124,10 @@ def test_views_leave_nothing_behind(server, page):
         heap = session.send("Runtime.getHeapUsage")["usedSize"]
         return now["nodes"], now["jsEventListeners"], heap
 
-    for _ in range(3):
+    for _ in range(2):
         turn()
     nodes, listeners, heap = counters()
-    for _ in range(12):
+    for _ in range(6):
         turn()
     nodes_after, listeners_after, heap_after = counters()
     assert nodes_after <= nodes + 200
