@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from fastapi import APIRouter, FastAPI
+from fastapi import APIRouter, FastAPI, Response
 from fastapi.responses import JSONResponse
 from prometheus_client import CollectorRegistry
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
@@ -36,7 +36,7 @@ def readyz(manager: Manager) -> dict[str, str | int]:
     return {"status": "ready", "threads": threads}
 
 
-@router.get("/v1/schema", response_class=JSONResponse)
+@router.get("/v1/schema", response_class=Response, responses={200: {"content": {"application/schema+json": {}}}})
 def schema() -> JSONResponse:
     """The JSON Schema of a scene."""
     return JSONResponse(scene.schema_json(), media_type="application/schema+json")
@@ -69,6 +69,6 @@ def add_metrics(app: FastAPI, manager: jobs.Manager) -> None:
     registry = CollectorRegistry()
     registry.register(_Jobs(manager))
     # Event streams stay open for hours: that is no latency.
-    Instrumentator(registry=registry, excluded_handlers=["/v1/jobs/{job_id}/events", "/metrics"]).instrument(app).expose(
-        app, tags=["server"]
-    )
+    instrumentator = Instrumentator(registry=registry, excluded_handlers=["/v1/jobs/{job_id}/events", "/metrics"])
+    text = {200: {"content": {"text/plain": {}}}}
+    instrumentator.instrument(app).expose(app, tags=["server"], response_class=Response, responses=text)

@@ -17,7 +17,8 @@ from . import options
 from .failures import BAD_SCENE, fail, failing, writable
 from .progress import duration
 
-_TRIES = 6  # of one request, where the server does not answer or is too busy
+_TRIES = 6  # of one request, where the server is too busy
+_CALLS = 4  # of one request, where no answer comes
 _LONGEST_PAUSE = 30.0  # seconds between tries
 _UPLOAD_CHUNK = 2**20
 
@@ -109,15 +110,14 @@ def _call(client: httpx2.Client, scene: Path, method: str, path: str, **argument
 def _retried(call: Any) -> httpx2.Response:
     """Call again, later and later, where no answer comes or the server asks for patience."""
     for attempt in range(_TRIES):
-        last = attempt == _TRIES - 1
         try:
             answer = call()
         except httpx2.TransportError:
-            if last:
+            if attempt >= _CALLS - 1:
                 raise
             pause = 0.5 * 2**attempt
         else:
-            if answer.status_code not in (429, 503) or last:
+            if answer.status_code not in (429, 503) or attempt == _TRIES - 1:
                 return answer
             wait = answer.headers.get("retry-after", "")
             pause = float(wait) if wait.isdigit() else 0.5 * 2**attempt
