@@ -50,3 +50,12 @@ def quick(samples: int = 16, width: int = 48, height: int = 32, **render: Any) -
     document["image"] |= {"width": width, "height": height}
     document["render"] = {"samples": samples, **render}
     return document
+
+
+def diffuse(samples: int = 64, width: int = 40, height: int = 30, **render: Any) -> dict[str, Any]:
+    """A ball on the floor under a lamp, all diffuse: noise without rare bright samples."""
+    return minimal(image={"width": width, "height": height}, render={"samples": samples, **render},
+                   scene=[{"object": {"type": "sphere", "radius": 1}},
+                          {"object": {"type": "box", "min": [-9, -2, -9], "max": [9, -1, 9]}}],
+                   lights=[{"type": "area", "object": {"type": "sphere", "radius": 1}, "radiance": [4, 5, 6],
+                            "transform": [{"translate": [2, 4, 2]}]}], background=[0.2, 0.2, 0.2])

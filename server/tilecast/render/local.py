@@ -93,6 +93,6 @@ class _Work:
         self.ended.set()
 
     def finished(self) -> None:
-        if not self.rendering.finished:
+        if self.error is None and not self.rendering.finished:
             self.error = RuntimeError("the rendering came to a halt before its end")
         self.ended.set()

@@ -1,0 +1,270 @@
+"""One image in the making: what is handed out, what stops it, what a restart takes up."""
+
+import json
+
+import numpy as np
+import pytest
+from chunks import draw, exposed, normal, result
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tilecast.render.film import Film
+from tilecast.render.plan import make_plan
+from tilecast.render.rendering import Rendering
+from tilecast.scene.schema import Stop
+
+CONTRACT = {"seconds", "samples", "rays", "rays_per_second", "error", "curve"}  # what is left comes from the scene
+
+
+class Clock:
+    """Time that goes by when a chunk is rendered."""
+
+    def __init__(self):
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def finish(rendering, image, in_flight=1, shuffler=None, clock=None, step=1.0):
+    """Renders to the end with so many chunks in flight, results in any order; the events."""
+    flying, events = [], []
+    while True:
+        while len(flying) < in_flight and (chunk := rendering.next_chunk()):
+            flying.append(chunk)
+        if not flying:
+            assert rendering.finished
+            return events
+        chunk = flying.pop(shuffler.randrange(len(flying)) if shuffler else 0)
+        if clock:
+            clock.now += step
+        events += rendering.add(chunk, result(image, chunk))
+
+
+def test_an_image_is_rendered_to_its_last_sample():
+    plan = make_plan(20, 12, 21, 8)
+    image = draw(plan, normal)
+    clock = Clock()
+    rendering = Rendering(plan, clock=clock)
+    assert not rendering.finished and rendering.progress == 0 and rendering.seconds_left is None
+    events = finish(rendering, image, clock=clock)
+    chunks = len(plan.tiles) * len(plan.ranges)
+    assert rendering.finished and rendering.progress == 1 and rendering.seconds_left == 0
+    assert rendering.seconds == chunks
+    assert np.array_equal(rendering.film.pixels(), exposed(plan, image).pixels())
+    tiles = [event for event in events if event["type"] == "tile"]
+    assert len(tiles) == chunks
+    assert tiles[-1]["samples"] == 21 and tiles[-1]["version"] == len(plan.ranges)
+    assert set(tiles[0]) == {"type", "column", "row", "x", "y", "width", "height", "version", "samples"}
+    errors = [event for event in events if event["type"] == "error"]
+    assert [event["samples"] for event in errors] == [2, 4, 8, 16, 21]
+    assert {"seconds", "samples", "mse", "relative_mse", "low", "high"} <= set(errors[0])
+    assert rendering.next_chunk() is None
+
+
+@settings(max_examples=30)
+@given(st.integers(1, 9), st.randoms(use_true_random=False), st.sampled_from([None, 0.02, 0.005, 1e-9]))
+def test_the_image_and_its_curve_depend_on_no_order(in_flight, shuffler, target):
+    plan = make_plan(12, 12, 70, 5)
+    image = draw(plan, normal)
+    stop = Stop(relative_mse=target)
+    one, other = Rendering(plan, stop), Rendering(plan, stop)
+    finish(one, image)
+    finish(other, image, in_flight, shuffler)
+    assert np.array_equal(one.film.pixels(), other.film.pixels())
+    assert [{**point, "seconds": 0} for point in one.curve] == [{**point, "seconds": 0} for point in other.curve]
+
+
+def test_an_image_stops_at_the_checkpoint_where_its_error_is_surely_small_enough():
+    plan = make_plan(16, 16, 1024, 8)
+    image = draw(plan, normal)
+    free = Rendering(plan)
+    finish(free, image)
+    target = free.curve[5]["high"] * 1.0001  # reached at the checkpoint of 64 samples
+    assert all(point["high"] > target for point in free.curve[:5])
+    rendering = Rendering(plan, Stop(relative_mse=target))
+    finish(rendering, image, in_flight=6)
+    assert rendering.finished and rendering.progress == 1
+    assert {rendering.film.tile_samples(tile) for tile in plan.tiles} == {64}
+    assert rendering.curve[-1]["samples"] == 64
+    assert np.allclose(rendering.film.pixels(), image[:64].mean(axis=0), rtol=1e-6)
+
+
+def test_nothing_stops_before_the_pilot():
+    plan = make_plan(16, 16, 1024, 8)
+    black = np.zeros((1024, 16, 16, 3))  # nobody has met the light
+    rendering = Rendering(plan, Stop(relative_mse=1e6))
+    finish(rendering, black)
+    assert {rendering.film.tile_samples(tile) for tile in plan.tiles} == {16}
+
+
+def test_at_most_one_range_is_rendered_ahead_of_a_decision():
+    plan = make_plan(16, 16, 1024, 8)
+    rendering = Rendering(plan, Stop(relative_mse=1.0))
+    handed_out = []
+    while (chunk := rendering.next_chunk()) is not None:
+        handed_out.append(chunk)
+    # The first decision is at 16 samples, after range 3; range 4 is the one ahead.
+    assert max(chunk.range for chunk in handed_out) == 4
+    assert len(handed_out) == 5 * len(plan.tiles)
+
+
+def test_time_stops_new_chunks_but_not_the_first_of_each_pixel():
+    plan = make_plan(16, 16, 1024, 8)
+    image = draw(plan, normal)
+    for seconds, expected in ((1.0, {2}), (7.0, {4, 2})):
+        clock = Clock()
+        rendering = Rendering(plan, Stop(seconds=seconds), clock)
+        finish(rendering, image, clock=clock)
+        assert {rendering.film.tile_samples(tile) for tile in plan.tiles} == expected
+        assert rendering.finished
+
+
+def test_what_is_done_when_the_time_is_up_is_kept_in_spite_of_an_open_decision():
+    plan = make_plan(16, 8, 1024, 8)  # two tiles
+    image = draw(plan, normal)
+    clock = Clock()
+    rendering = Rendering(plan, Stop(seconds=10.0, relative_mse=1e-9), clock)
+    chunks = {}
+    while (chunk := rendering.next_chunk()) is not None:
+        chunks[chunk.tile.index, chunk.range] = chunk
+    for index in range(5):  # one tile as far as it goes: its last range waits for the decision
+        rendering.add(chunks[0, index], result(image, chunks[0, index]))
+    assert rendering.film.tile_version(plan.tiles[0]) == 4
+    clock.now += 20
+    events = rendering.add(chunks[1, 0], result(image, chunks[1, 0]))
+    assert rendering.film.tile_version(plan.tiles[0]) == 5
+    assert [(event["column"], event["version"]) for event in events if event["type"] == "tile"] == [(1, 1), (0, 5)]
+
+
+def test_time_that_is_paused_does_not_count():
+    plan = make_plan(8, 8, 1024, 8)
+    image = draw(plan, normal)
+    clock = Clock()
+    rendering = Rendering(plan, clock=clock)
+    chunk = rendering.next_chunk()
+    clock.now += 2
+    rendering.add(chunk, result(image, chunk))
+    clock.now += 1000
+    assert rendering.seconds == 2
+    chunk = rendering.next_chunk()
+    clock.now += 3
+    assert rendering.seconds == 5
+    rendering.give_back(chunk)
+    clock.now += 1000
+    assert rendering.seconds == 5
+
+
+def test_a_chunk_given_back_is_handed_out_again():
+    plan = make_plan(16, 8, 8, 8)
+    rendering = Rendering(plan)
+    first, second = rendering.next_chunk(), rendering.next_chunk()
+    rendering.give_back(first)
+    rendering.give_back(first)
+    assert not rendering.finished
+    assert rendering.next_chunk() is first
+    image = draw(plan, normal)
+    rendering.add(first, result(image, first))
+    rendering.give_back(second)
+    finish(rendering, image)
+    assert np.array_equal(rendering.film.pixels(), exposed(plan, image).pixels())
+
+
+@settings(max_examples=40)
+@given(st.randoms(use_true_random=False), st.sampled_from([None, 0.004]), st.integers(1, 60))
+def test_after_a_kill_at_any_point_the_same_image_comes(shuffler, target, chunks):
+    plan = make_plan(12, 12, 70, 5)
+    image = draw(plan, normal)
+    stop = Stop(relative_mse=target)
+    whole = Rendering(plan, stop)
+    finish(whole, image)
+
+    killed = Rendering(plan, stop)
+    stored, events, flying = {}, [], []
+    for _ in range(chunks):
+        while len(flying) < 4 and (chunk := killed.next_chunk()):
+            flying.append(chunk)
+        if not flying:
+            break
+        chunk = flying.pop(shuffler.randrange(len(flying)))
+        for event in killed.add(chunk, result(image, chunk)):
+            events.append(event)
+            if event["type"] == "tile":
+                tile = plan.tiles[event["row"] * plan.columns + event["column"]]
+                stored[tile.index] = killed.film.save_tile(tile)
+    points = [event for event in events if event["type"] == "error"]
+
+    again = Rendering(plan, stop)
+    # The last point may be lost, if the kill fell between tile and point; a tile may be damaged.
+    new = again.restore(stored, killed.seconds, points[:len(points) - shuffler.randrange(2)])
+    assert all(event["type"] == "error" for event in new)
+    finish(again, image, 3, shuffler)
+    assert np.array_equal(again.film.pixels(), whole.film.pixels())
+    assert [point["samples"] for point in again.curve] == [point["samples"] for point in whole.curve]
+    assert [point["high"] for point in again.curve] == [point["high"] for point in whole.curve]
+
+
+def test_a_damaged_tile_is_rendered_again(caplog):
+    plan = make_plan(16, 8, 8, 8)
+    image = draw(plan, normal)
+    whole = Rendering(plan)
+    finish(whole, image)
+    stored = {tile.index: whole.film.save_tile(tile) for tile in plan.tiles}
+    stored[1] = stored[1][:-50]
+    again = Rendering(plan)
+    again.restore(stored, 5.0, whole.curve)
+    assert "is damaged" in caplog.text and "rendered again" in caplog.text
+    assert not again.finished
+    assert finish(again, image)
+    assert np.array_equal(again.film.pixels(), whole.film.pixels())
+
+
+def test_the_statistics_hold_the_contract():
+    plan = make_plan(20, 12, 21, 8)
+    clock = Clock()
+    rendering = Rendering(plan, clock=clock)
+    empty = rendering.statistics()
+    assert CONTRACT <= set(empty) and empty["error"]["relative_mse"] is None
+    finish(rendering, draw(plan, normal), clock=clock)
+    stats = rendering.statistics({"seconds": {"load": 1.0, "compile": 2.0}, "kernel": "path"}, write=3.0)
+    assert CONTRACT <= set(stats)
+    chunks = len(plan.tiles) * len(plan.ranges)
+    assert stats["seconds"] == {"load": 1.0, "compile": 2.0, "render": chunks, "write": 3.0, "work": 0.5 * chunks}
+    camera = 20 * 12 * 21
+    assert stats["rays"] == {"camera": camera, "bounce": 2 * camera, "shadow": 3 * camera}
+    assert stats["rays_per_second"] == 6 * camera / chunks
+    assert stats["samples"] == 21 and stats["kernel"] == "path"
+    assert set(stats["error"]) >= {"mse", "relative_mse", "low", "high"}
+    assert set(stats["curve"][0]) >= {"seconds", "samples", "relative_mse", "low", "high"}
+    assert stats["error"]["low"] == stats["curve"][-1]["low"]
+    json.dumps(stats, allow_nan=False)
+
+
+def test_the_time_left_is_foreseen():
+    plan = make_plan(16, 16, 1024, 8)
+    image = draw(plan, normal)
+    for stop, samples in ((None, 1024), (Stop(seconds=20.0), None)):
+        clock = Clock()
+        rendering = Rendering(plan, stop, clock)
+        while rendering.seconds < 10:
+            chunk = rendering.next_chunk()
+            clock.now += chunk.count / 8
+            rendering.add(chunk, result(image, chunk))
+        assert 0 < rendering.progress < 1
+        if stop:
+            assert rendering.seconds_left == pytest.approx(20 - rendering.seconds)
+        else:
+            assert rendering.seconds_left == pytest.approx(4 * 1024 / 8 - rendering.seconds)
+    free = Rendering(plan)
+    finish(free, image)
+    # The error is a quarter at four times the samples: at 64 samples, the end is foreseen at 256.
+    rendering = Rendering(plan, Stop(relative_mse=free.curve[7]["high"] * 1.3))
+    while len(rendering.curve) < 6:
+        chunk = rendering.next_chunk()
+        rendering.add(chunk, result(image, chunk))
+    assert rendering.progress == pytest.approx(64 / 256, abs=0.1)
+
+
+def test_a_film_of_the_plan_stands_behind_it():
+    plan = make_plan(8, 8, 4)
+    assert isinstance(Rendering(plan).film, Film) and Rendering(plan).plan is plan
