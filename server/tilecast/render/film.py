@@ -36,6 +36,7 @@ class Film:
         self.plan = plan
         self.limit = len(plan.ranges)
         self.samples = 0  # taken, over all pixels
+        self.tiles_begun = 0  # that have their first range
         self._tiles = [_TileState() for _ in plan.tiles]
         self._waiting: list[dict[int, tuple]] = [{} for _ in plan.tiles]
         self._at_checkpoint = [0] * len(plan.checkpoints)  # tiles that are there
@@ -90,6 +91,7 @@ class Film:
     def _put(self, tile: Tile, state: _TileState) -> None:
         before = self._tiles[tile.index].ranges
         self._tiles[tile.index] = state
+        self.tiles_begun += before == 0 < state.ranges
         for index in range(before, state.ranges):
             self.samples += tile.width * tile.height * self.plan.ranges[index][1]
             if index in self._position:

@@ -101,8 +101,8 @@ class Rendering:
         """Whether the image is all that it will be."""
         if self._in_flight or self._again:
             return False
-        first_done = all(self.film.tile_version(tile) > 0 for tile in self.plan.tiles)
-        return self._stopped or (first_done and (self._complete() or self._expired()))
+        begun = self.film.tiles_begun == len(self.plan.tiles)
+        return self._stopped or (begun and (self._complete() or self._expired()))
 
     def _complete(self) -> bool:
         return self.film.samples == self.plan.width * self.plan.height * self.plan.samples

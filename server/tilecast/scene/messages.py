@@ -14,6 +14,7 @@ from . import paths, schema
 from .fields import SMALLEST
 
 _NO_TAG = str.maketrans("", "", "'~")
+_UNTAGGED = {(), ("camera",), ("objects",), ("materials",)}  # the camera has but one type; the others hold names
 _MOST = 100  # errors that are worded; a broken generator makes the same one a million times
 
 
@@ -37,13 +38,15 @@ def _path(location: tuple[str | int, ...], document: Any) -> tuple[list[paths.Pa
     parts: list[paths.Part] = []
     value, parent, tagged = document, None, False
     for part in location:
-        if isinstance(value, dict) and part in value and not (part == value.get("type") and not tagged and parts):
+        # In front of the keys of an object with a `type` pydantic puts that type, once.
+        tag = isinstance(value, dict) and part == value.get("type") and not tagged and tuple(parts) not in _UNTAGGED
+        if isinstance(value, dict) and part in value and not tag:
             value, parent, tagged = value[part], value, False
         elif isinstance(value, list) and isinstance(part, int) and part < len(value):
             value, parent, tagged = value[part], value, False
         elif str(part).startswith("~") or part == "[key]":
             continue
-        elif isinstance(value, dict) and part == value.get("type") and not tagged:
+        elif tag:
             tagged = True
             continue
         else:
