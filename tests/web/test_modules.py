@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from conftest import Watched
+from watching import Watched
 
 
 @pytest.fixture(scope="module")

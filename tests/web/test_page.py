@@ -4,9 +4,9 @@ import re
 from urllib.parse import urlsplit
 
 import pytest
-from conftest import Watched
 from pictures import open_job, post, scene, wait_for_state
 from playwright.sync_api import expect
+from watching import Watched
 
 
 def test_everything_comes_from_the_server(server, watched):
