@@ -5,6 +5,7 @@ import re
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -12,6 +13,8 @@ from pathlib import Path
 import httpx2
 import psutil
 import pytest
+from postgres import running
+from sqlalchemy import create_engine, text
 
 PATIENCE = 120.0  # seconds; a machine with other things to do may be slow
 
@@ -182,3 +185,23 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
         yield server.start()
     finally:
         server.close()
+
+
+@pytest.fixture(scope="session")
+def postgres_server() -> Iterator[str]:
+    """The URL of a PostgreSQL server of our own."""
+    with tempfile.TemporaryDirectory(prefix="tilecast-postgres-") as folder:
+        os.chmod(folder, 0o755)
+        with running(Path(folder)) as url:
+            yield url
+
+
+@pytest.fixture
+def postgres_url(postgres_server: str) -> str:
+    """The URL of an empty PostgreSQL database."""
+    engine = create_engine(postgres_server, isolation_level="AUTOCOMMIT")
+    with engine.connect() as connection:
+        connection.execute(text("DROP DATABASE IF EXISTS test WITH (FORCE)"))
+        connection.execute(text("CREATE DATABASE test STRATEGY file_copy"))
+    engine.dispose()
+    return postgres_server.replace("/postgres", "/test")

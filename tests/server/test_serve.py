@@ -1,66 +1,56 @@
 """How the server starts, and how it says that it cannot."""
 
+import os
 import socket
 import subprocess
 import sys
-import time
 
 import psutil
-import pytest
-from conftest import scene
+from conftest import PATIENCE
 
 
-def serve(*options: str, **environment) -> subprocess.CompletedProcess:
-    import os
+def refusals(calls: dict[str, tuple[list[str], dict[str, str]]]) -> dict[str, tuple[int, str]]:
+    """The status and the standard error of several calls of `tilecast serve`, made at the same time."""
+    started = {
+        name: subprocess.Popen(
+            [sys.executable, "-m", "tilecast", "serve", *options],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | environment,
+        )
+        for name, (options, environment) in calls.items()
+    }
+    ended = {}
+    for name, process in started.items():
+        out, told = process.communicate(timeout=PATIENCE)
+        assert out == ""
+        ended[name] = (process.returncode, told)
+    return ended
 
-    command = [sys.executable, "-m", "tilecast", "serve", *options]
-    return subprocess.run(command, capture_output=True, text=True, timeout=90, env=os.environ | environment)
 
-
-def one_line(done: subprocess.CompletedProcess, status: int = 1) -> str:
-    assert done.returncode == status, done.stderr
-    assert done.stderr.count("\n") == 1 and done.stderr.startswith("tilecast: ")
-    assert done.stdout == ""
-    return done.stderr
-
-
-def test_a_port_in_use_is_told_in_one_line(tmp_path):
+def test_why_a_server_cannot_start_is_told_in_one_line(server, tmp_path):
     with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = taken.getsockname()[1]
-        told = one_line(serve("--data", str(tmp_path), "--port", str(port)))
-    assert str(port) in told and "--port" in told
+        port = str(taken.getsockname()[1])
 
+        def call(*options: str, **environment: str) -> tuple[list[str], dict[str, str]]:
+            folder = tmp_path / str(len(calls))
+            return ["--data", str(folder), "--port", "0", *options], environment
 
-def test_a_second_server_on_the_same_data_is_refused(server):
-    told = one_line(serve("--data", str(server.folder), "--port", "0"))
-    assert str(server.pid) in told and "--data" in told
-
-
-def test_the_lock_goes_with_its_process(make_server):
-    server = make_server().start()
-    server.kill()
-    server.start()
-
-
-@pytest.mark.parametrize(
-    ("options", "told"),
-    [
-        (["--database", "nonsense"], "database"),
-        (["--database", "postgresql+psycopg://me:secret@127.0.0.1:1/x"], "database"),
-        (["--blobs", "ftp://example.com"], "blobs"),
-        (["--scheduler", "tcp://127.0.0.1:1"], "scheduler"),
-        (["--host", "no.such.host.invalid"], "no.such.host.invalid"),
-    ],
-)
-def test_what_cannot_be_had_is_told_in_one_line(tmp_path, options, told):
-    line = one_line(serve("--data", str(tmp_path), "--port", "0", *options))
-    assert told in line and "secret" not in line
-
-
-@pytest.mark.parametrize(("name", "value"), [("TILECAST_MAX_PIXELS", "many"), ("TILECAST_MAX_SUBMISSIONS", "some"),
-                                             ("TILECAST_PORT", "99999"), ("TILECAST_SCHEDULER", "here")])
-def test_a_bad_setting_is_told_by_its_name(tmp_path, name, value):
-    assert name in one_line(serve("--data", str(tmp_path), **{name: value}), status=2)
+        calls: dict = {}
+        calls["--port"] = call("--port", port)
+        calls[f"process {server.pid}"] = call("--data", str(server.folder))
+        calls["database"] = call("--database", "nonsense")
+        calls["postgresql"] = call("--database", "postgresql+psycopg://me:secret@127.0.0.1:1/x")
+        calls["blobs"] = call("--blobs", "ftp://example.com")
+        calls["scheduler tcp://127.0.0.1:1"] = call("--scheduler", "tcp://127.0.0.1:1")
+        calls["no.such.host"] = call("--host", "no.such.host.invalid")
+        calls["data folder"] = call("--data", "/proc/nowhere")
+        calls["TILECAST_MAX_PIXELS"] = call(TILECAST_MAX_PIXELS="many")
+        calls["TILECAST_MAX_SUBMISSIONS"] = call(TILECAST_MAX_SUBMISSIONS="some")
+        calls["--scheduler"] = call("--scheduler", "here")
+        ended = refusals(calls)
+    for name, (status, told) in ended.items():
+        assert told.startswith("tilecast: ") and told.count("\n") == 1, told
+        assert name in told and "secret" not in told
+        assert status == (2 if name.startswith("TILECAST") or name == "--scheduler" else 1)
 
 
 def test_nothing_but_the_page_listens_beyond_the_loopback(make_server):
@@ -72,15 +62,3 @@ def test_nothing_but_the_page_listens_beyond_the_loopback(make_server):
         if connection.status == psutil.CONN_LISTEN and connection.laddr.ip not in ("127.0.0.1", "::1")
     ]
     assert open_to_all == [int(server.url.rsplit(":", 1)[1].strip("/"))]
-
-
-def test_a_worker_ends_when_its_server_is_killed(make_server):
-    server = make_server().start()
-    server.submit(scene())
-    children = server.children()
-    assert server.workers()
-    server.kill()
-    end = time.monotonic() + 20
-    while any(child.is_running() and child.status() != psutil.STATUS_ZOMBIE for child in children):
-        assert time.monotonic() < end
-        time.sleep(0.05)

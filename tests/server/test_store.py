@@ -1,43 +1,19 @@
 """The store, on SQLite and on a real PostgreSQL: the same promises on both."""
 
-import itertools
-import os
-import tempfile
 import threading
-from pathlib import Path
 
 import pytest
-from postgres import running
-from sqlalchemy import create_engine, text
 
 from tilecast.jobs.faults import CannotStart, InUse, KeyReused, TooMany
 from tilecast.jobs.records import NewJob, TileRow
 from tilecast.jobs.state import State, Status
 from tilecast.jobs.store import Store
 
-_numbers = itertools.count()
-
-
-@pytest.fixture(scope="session")
-def postgres_url():
-    with tempfile.TemporaryDirectory(prefix="tilecast-postgres-") as folder:
-        os.chmod(folder, 0o755)
-        with running(Path(folder)) as url:
-            yield url
-            # Its processes are gone after this; what it owns can be deleted by whoever ran it.
-
-
 @pytest.fixture(params=["sqlite", "postgresql"])
 def url(request, tmp_path):
     if request.param == "sqlite":
         return f"sqlite:///{tmp_path / 'test.db'}"
-    postgres = request.getfixturevalue("postgres_url")
-    name = f"test_{next(_numbers)}"
-    engine = create_engine(postgres, isolation_level="AUTOCOMMIT")
-    with engine.connect() as connection:
-        connection.execute(text(f"CREATE DATABASE {name}"))
-    engine.dispose()
-    return postgres.replace("/postgres", f"/{name}")
+    return request.getfixturevalue("postgres_url")
 
 
 @pytest.fixture

@@ -106,7 +106,10 @@ class Manager:
         job, new = self._intake.take(document, order, body)
         if new:
             with self._lock(job.id):
-                self._enqueue(job)
+                # It is in the list since its commit: somebody may have been quicker with it than we are here.
+                now = self.store.get(job.id)
+                if now is not None and now.state is State.QUEUED and job.id not in self._works:
+                    self._enqueue(now)
         return job, new
 
     def job(self, job_id: str) -> Job:
@@ -191,12 +194,7 @@ class Manager:
     # --- What works tell (`work.Listener`)
 
     def happened(self, work: JobWork, event: state.Event) -> None:
-        def record() -> None:
-            # A work that was replaced has nothing to say any more.
-            if self._works.get(work.key) is work:
-                self._try(work.key, event)
-
-        self._journal.enter(record)
+        self._journal.enter(lambda: self._record(work, event))
 
     def news(self, work: JobWork) -> None:
         self._journal.enter(lambda: self._advance(work), key=work)
@@ -211,16 +209,18 @@ class Manager:
         """Store what came in; finish the job when it is complete."""
         complete = work.save()
         self.hub.notify(work.key)
-        if complete:
-            values = work.finalize()
-            self._try(work.key, state.Finished(), **values)
+        if complete and (values := work.finalize()) is not None:
+            self._record(work, state.Finished(), **values)
 
-    def _try(self, job_id: str, event: state.Event, **values: Any) -> None:
+    def _record(self, work: JobWork, event: state.Event, **values: Any) -> None:
         """Apply what happened by itself: a user may have been quicker, and that is no error."""
-        try:
-            self._apply(job_id, event, **values)
-        except (Refused, NoSuchJob) as refusal:
-            log.info("came_too_late", job=job_id, event=type(event).__name__, reason=str(refusal))
+        with self._lock(work.key):
+            if self._works.get(work.key) is not work:
+                return  # it was withdrawn
+            try:
+                self._apply(work.key, event, **values)
+            except (Refused, NoSuchJob) as refusal:
+                log.info("came_too_late", job=work.key, event=type(event).__name__, reason=str(refusal))
 
     # --- The shell around the state machine
 

@@ -33,6 +33,7 @@ from tilecast.jobs.tables import events, jobs, metadata, tiles
 
 _STATE_EVENTS_KEPT = 32
 _RETRY_SECONDS = 15
+_OWNING_TRIES, _OWNING_PAUSE = 20, 0.1  # seconds
 _POSTGRES_LOCK = 0x7469_6C65_6361_7374  # "tilecast"
 
 
@@ -281,8 +282,12 @@ class Store:
         if self._engine.dialect.name != "postgresql":
             return
         self._owning = self._engine.connect().execution_options(isolation_level="AUTOCOMMIT")
-        if not self._owning.scalar(text("SELECT pg_try_advisory_lock(:key)"), {"key": _POSTGRES_LOCK}):
-            raise InUse("another Tilecast server uses this database; stop it, or give this one a database of its own")
+        # A server that was killed this moment may not be gone yet as PostgreSQL sees it.
+        for _ in range(_OWNING_TRIES):
+            if self._owning.scalar(text("SELECT pg_try_advisory_lock(:key)"), {"key": _POSTGRES_LOCK}):
+                return
+            time.sleep(_OWNING_PAUSE)
+        raise InUse("another Tilecast server uses this database; stop it, or give this one a database of its own")
 
 
 def _cannot_open(url: str, error: Exception) -> CannotStart:

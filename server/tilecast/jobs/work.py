@@ -271,16 +271,18 @@ class JobWork:
             values["statistics"] = rendering.statistics(self._facts, write)
         return finite(values)
 
-    def finalize(self) -> dict[str, Any]:
-        """Store the finished image; the columns of the job's row that go with it."""
-        pixels = self._rendering.film.pixels()
+    def finalize(self) -> dict[str, Any] | None:
+        """Store the finished image; the columns of the job's row that go with it, or None where it was closed."""
+        pixels = self.pixels()
+        if pixels is None:
+            return None
         start = perf_counter()
         out = io.BytesIO()
         np.save(out, pixels.astype("<f4", copy=False))
         self._blobs.put(pixels_key(self.key), out.getvalue())
         self._blobs.put(thumbnail_key(self.key), thumbnail(pixels))
         with self._lock:
-            return self._columns(with_statistics=True, write=perf_counter() - start)
+            return None if self._closed else self._columns(with_statistics=True, write=perf_counter() - start)
 
     # --- Anybody's side
 
