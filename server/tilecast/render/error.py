@@ -8,18 +8,17 @@ every pixel and channel, whatever the distribution. `mse` is the mean of v over 
 not met the light yet, and noise in the denominator biases the quotient; so R is taken from the neighbourhood, by the local
 linear filter of J.-S. Lee (Digital Image Enhancement and Noise Filtering by Use of Local Statistics, PAMI 1980): towards
 the mean of a window where noise explains the window's variance, I itself where it does not. As v falls, it becomes I.
-(On images of which one sample in 64 meets the light, the estimate is then within 5% of the truth from 16 samples on;
-with I for R it is 25% too low.)
+(Where one sample in 64 meets the light, the estimate is then within 5% of the truth from 16 samples on; with I for R it
+is less than half of it.)
 
-The 95% interval is for the true error of this very image, (I - R)^2 averaged, which scatters as v does about the same
-expectation. With the covariance S of a pixel's mean over the channels, (I - R)^2 and v, each averaged over the 3 channels,
-differ by a variance of 4 tr(S^2) / 9: their fourth cumulants cancel, so this too holds for every distribution. tr(S^2) is
-estimated without bias from two contrasts D1 and D2 over disjoint samples (those up to the checkpoint before and those
-since, n1 and n2 in number): E[(D1 . D2)^2] = 16 n^2 tr(S^2) / (n1 n2). At the first checkpoint, which has no other before
-it, the spread of v over the pixels bounds it: tr(S^2) <= E[v]^2 * 9, and E[v]^2 <= E[v^2] / 3 where noise is normal.
-Pixels are independent, so the variances V add up, and the interval is mse exp(+-1.96 sqrt(V) / mse): symmetric on the
-logarithmic axis on which errors are drawn. `low` and `high` are those of `relative_mse`, from D and v divided by its
-denominator.
+The 95% interval is for the true error of this very image, (I - R)^2 averaged. For each pixel and channel (I - R)^2 - v is
+the product of the two halves' errors, (A - R)(B - R), so whatever their distribution the difference has no bias, and the
+variance 4 tr(S^2) / 9 in the mean over 3 channels, S being the covariance of a pixel's mean over the channels. From v
+averaged over the channels, E[v^2] = (2 tr(S^2) + tr(S)^2) / 9 >= tr(S^2) / 3 where noise is normal, and more where it has
+long tails: so V = 4/3 v^2 is at least that variance, and equal to it where noise is normal and of one colour. Pixels are
+independent, so their V add up, and the interval is mse exp(+-1.96 sqrt(V) / mse): symmetric on the logarithmic axis on
+which errors are drawn. `low` and `high` are those of `relative_mse`, in the same way from v divided by its denominator.
+Nothing here asks the samples of one half to be independent: low-discrepancy ones are not.
 """
 
 from __future__ import annotations
@@ -29,10 +28,9 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-PARTIALS = 4  # numbers that a tile contributes: sums over its pixels of v, its variance, and both again relative
+PARTIALS = 4  # numbers that a tile contributes: sums over its pixels of v and v^2, and both again relative
 _FLOOR = 0.01  # added to R^2, so that black pixels count
 _NORMAL_95 = 1.959963984540054
-_WIDEST = 10.0  # of the logarithm's interval: beyond a factor of 20,000 there is nothing to tell
 _RADIUS = 4  # of Lee's window: 9 x 9 pixels (see _window_mean)
 _CAUTION = 1.5  # times the noise: what a window's variance must exceed to count as the image's own
 
@@ -52,46 +50,33 @@ class ErrorEstimate:
         return asdict(self)
 
 
-def tile_partials(sums: np.ndarray, samples: int, before: np.ndarray | None,
-                  samples_before: int) -> tuple[np.ndarray, np.ndarray]:
-    """What a tile contributes to the estimate at a checkpoint, and the contrast to keep for the next one.
+def tile_partials(sums: np.ndarray, samples: int) -> np.ndarray:
+    """What a tile contributes to the estimate at a checkpoint: float64 [4].
 
-    `sums`: float64 [2, h, w, 3], even and odd samples apart, `samples` (at least 2) in all. `before`: the contrast of the
-    checkpoint before, at `samples_before`. Returns float64 [4] and float32 [3, h, w].
+    `sums`: float64 [2, h, w, 3], even and odd samples apart, `samples` (at least 2) in all.
     """
     n, n_a, n_b = samples, (samples + 1) // 2, samples // 2
     a, b = np.ascontiguousarray(np.moveaxis(sums, 3, 1))  # channel by channel: numpy sums over those three fast
     mean = (a + b) / n
-    contrast = a / n_a - b / n_b
-    variance = contrast * contrast * (n_a * n_b / n**2)
+    variance = (a / n_a - b / n_b) ** 2 * (n_a * n_b / n**2)
     weight = 1 / (_smoothed(mean, variance) ** 2 + _FLOOR)
-
     square = variance.sum(axis=0) / 3
     relative = (variance * weight).sum(axis=0) / 3
-    if before is None:
-        spread, relative_spread = 4 / 3 * square**2, 4 / 3 * relative**2
-    else:
-        n1, n2 = samples_before, n - samples_before
-        # n D - n1 D1 is, but for a term of 1/n^2 where n is odd, the contrast of the samples since.
-        both = before * (contrast * (n / n2) - before * (n1 / n2))
-        scale = n1 * n2 / (4 * n**2 * 9)
-        spread, relative_spread = both.sum(axis=0) ** 2 * scale, (both * weight).sum(axis=0) ** 2 * scale
-    partials = np.array([square.sum(), spread.sum(), relative.sum(), relative_spread.sum()])
-    return partials, contrast.astype(np.float32)
+    return np.array([square.sum(), (square * square).sum(), relative.sum(), (relative * relative).sum()])
 
 
 def estimate(partials: np.ndarray, pixels: int) -> ErrorEstimate:
     """The estimate of an image of so many pixels from its tiles' partials, float64 [tiles, 4]."""
-    square, spread, relative, relative_spread = (math.fsum(column) for column in partials.T)
-    return ErrorEstimate(*_interval(square / pixels, spread / pixels**2),
-                         *_interval(relative / pixels, relative_spread / pixels**2))
+    square, square2, relative, relative2 = (math.fsum(column) for column in partials.T)
+    return ErrorEstimate(*_interval(square, square2, pixels), *_interval(relative, relative2, pixels))
 
 
-def _interval(value: float, variance: float) -> tuple[float, float, float]:
-    if not value > 0:
-        return value, value, value
-    width = min(_NORMAL_95 * math.sqrt(variance) / value, _WIDEST)
-    return value, value * math.exp(-width), value * math.exp(width)
+def _interval(total: float, total_of_squares: float, pixels: int) -> tuple[float, float, float]:
+    """The mean of v over the pixels, and its interval."""
+    if not total > 0:
+        return total, total, total
+    width = _NORMAL_95 * math.sqrt(4 / 3 * total_of_squares) / total
+    return total / pixels, total / pixels * math.exp(-width), total / pixels * math.exp(width)
 
 
 def _smoothed(mean: np.ndarray, variance: np.ndarray) -> np.ndarray:

@@ -22,7 +22,6 @@ _FORMAT = 1  # of saved tiles
 class _TileState:
     sums: np.ndarray | None = None  # float64 [2, h, w, 3]: even samples, odd samples; None: nothing yet
     ranges: int = 0  # added so far
-    contrast: np.ndarray | None = None  # float32 [3, h, w], of the last checkpoint (see error)
     partials: np.ndarray = field(default_factory=lambda: np.empty((0, error.PARTIALS)))  # [checkpoints so far, 4]
     rays: tuple[int, int, int] = (0, 0, 0)  # camera, bounce, shadow
     seconds: float = 0.0  # of work, over all threads
@@ -79,14 +78,11 @@ class Film:
         done = state.ranges + 1
         # The first sums are taken as they are, not added to zero: so -0.0 stays what it is, whatever the order.
         total = sums if state.sums is None else state.sums + sums
-        partials, contrast = state.partials, state.contrast
-        at = self._position.get(state.ranges)
-        if at is not None:
-            before = self.plan.samples_after(self.plan.checkpoints[at - 1] + 1) if at else 0
-            row, contrast = error.tile_partials(total, self.plan.samples_after(done), contrast, before)
-            partials = np.vstack([partials, row])
-        return _TileState(total, done, contrast, partials,
-                          tuple(a + b for a, b in zip(state.rays, rays)), state.seconds + seconds)
+        partials = state.partials
+        if state.ranges in self._position:
+            partials = np.vstack([partials, error.tile_partials(total, self.plan.samples_after(done))])
+        return _TileState(total, done, partials, tuple(a + b for a, b in zip(state.rays, rays)),
+                          state.seconds + seconds)
 
     def _put(self, tile: Tile, state: _TileState) -> None:
         before = self._tiles[tile.index].ranges
@@ -151,10 +147,9 @@ class Film:
         if state.sums is None:
             raise ValueError(f"tile {tile.column}, {tile.row} has no samples to save yet")
         out = io.BytesIO()
-        optional = {} if state.contrast is None else {"contrast": state.contrast}
         np.savez(out, format=np.int64(_FORMAT), tile=self._identity(tile), ranges=np.int64(state.ranges),
                  sums=state.sums, partials=state.partials, rays=np.array(state.rays, np.int64),
-                 seconds=np.float64(state.seconds), **optional)
+                 seconds=np.float64(state.seconds))
         return out.getvalue()
 
     def load_tile(self, tile: Tile, data: bytes) -> None:
@@ -163,7 +158,7 @@ class Film:
             with np.load(io.BytesIO(data), allow_pickle=False) as stored:
                 arrays = dict(stored)
             same = int(arrays["format"]) == _FORMAT and np.array_equal(arrays["tile"], self._identity(tile))
-            state = _TileState(arrays["sums"], int(arrays["ranges"]), arrays.get("contrast"), arrays["partials"],
+            state = _TileState(arrays["sums"], int(arrays["ranges"]), arrays["partials"],
                                tuple(int(count) for count in arrays["rays"]), float(arrays["seconds"]))
         except Exception as problem:  # zipfile, zlib and numpy each have their own errors for damaged bytes
             raise ValueError(f"the stored tile {tile.column}, {tile.row} is damaged: {problem}") from problem
