@@ -49,6 +49,11 @@ def until(condition: Callable[[], object], patience: float = PATIENCE):
     return found
 
 
+def gone(processes: list[psutil.Process]) -> bool:
+    """Whether all of these processes have ended."""
+    return not any(process.is_running() and process.status() != psutil.STATUS_ZOMBIE for process in processes)
+
+
 class Server:
     """`tilecast serve` on a data folder, which may be started and killed again and again."""
 

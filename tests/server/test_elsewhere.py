@@ -69,31 +69,20 @@ def test_a_running_cluster_renders_and_may_lose_everything(cluster, make_server,
     assert np.array_equal(exr(server, job, tmp_path), locally(document))
 
 
-def test_a_killed_server_goes_on_with_postgresql(make_server, postgres_url, tmp_path):
-    server = make_server("--database", postgres_url).start()
-    document = long_scene(seed=12)
-    job = server.submit(document)
-    server.progressed(job, 0.2)
-    server.kill()
-    server.start()
-    server.reach(job, "done")
-    assert np.array_equal(exr(server, job, tmp_path), locally(document))
-    assert not list(server.folder.glob("*.db"))
-
-
 class Listener:
     """An address that is called back; it fails the first `failures` calls."""
 
     def __init__(self, failures: int = 0):
         self.heard: list[dict] = []
         self.calls = 0
+        self.failures = failures
         listener = self
 
         class Handler(BaseHTTPRequestHandler):
             def do_POST(self):
                 body = self.rfile.read(int(self.headers["Content-Length"]))
                 listener.calls += 1
-                failed = listener.calls <= failures
+                failed = listener.calls <= listener.failures
                 if not failed:
                     listener.heard.append(json.loads(body))
                 self.send_response(500 if failed else 204)
@@ -119,24 +108,18 @@ def test_a_callback_is_told_of_the_end(server):
     assert listener.heard[1]["state"] == "cancelled"
 
 
-def test_a_callback_that_was_due_at_a_kill_is_made_up_for(make_server):
-    with_nobody = "http://127.0.0.1:9/"
-    server = make_server().start()
-    job = server.submit(scene(), callback=with_nobody)
-    server.reach(job, "done")
+def test_a_killed_server_goes_on_with_postgresql_and_calls_back(make_server, postgres_url, tmp_path):
+    server = make_server("--database", postgres_url).start()
+    listener = Listener(failures=10_000)
+    told = server.reach(server.submit(scene(), callback=listener.url), "done")
+    document = long_scene(seed=12)
+    job = server.submit(document)
+    server.progressed(job, 0.2)
     server.kill()
-    # The address gets somebody who listens.
-    import sqlite3
-
-    listener = Listener()
-    with sqlite3.connect(server.folder / "tilecast.db") as database:
-        database.execute("UPDATE jobs SET callback = ?", (listener.url,))
+    listener.failures = 0
     server.start()
     until(lambda: listener.heard)
-    assert listener.heard[0]["id"] == job["id"]
-
-
-def test_callbacks_can_be_switched_off(make_server):
-    server = make_server(TILECAST_CALLBACKS="false").start()
-    answer = server.client.post("/v1/jobs", json={"scene": scene(), "callback": "http://127.0.0.1:9/"})
-    assert answer.status_code == 422 and answer.json()["errors"][0]["path"] == "callback"
+    assert listener.heard == [told]
+    server.reach(job, "done")
+    assert np.array_equal(exr(server, job, tmp_path), locally(document))
+    assert not list(server.folder.glob("*.db"))

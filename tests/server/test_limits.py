@@ -4,8 +4,12 @@ from conftest import long_scene, scene
 from test_bad_input import refused
 
 
-def test_a_user_may_have_only_so_many_jobs_and_users_take_turns(make_server):
-    server = make_server(TILECAST_MAX_JOBS="2", TILECAST_USER_HEADER="X-User").start()
+def test_what_users_may_have(make_server):
+    server = make_server(
+        TILECAST_MAX_JOBS="2", TILECAST_MAX_SUBMISSIONS="6/minute", TILECAST_USER_HEADER="X-User",
+        TILECAST_CALLBACKS="false",
+    ).start()
+    # So many jobs at once.
     jobs = [server.submit(long_scene(seed=seed)) for seed in range(2)]
     answer = server.client.post("/v1/jobs", json=scene())
     refused(answer, 429)
@@ -17,16 +21,16 @@ def test_a_user_may_have_only_so_many_jobs_and_users_take_turns(make_server):
     assert server.job(jobs[1])["state"] in ("queued", "running")
     # One job less makes room.
     server.client.delete(jobs[0]["links"]["self"])
-    server.submit(scene())
-
-
-def test_a_user_may_submit_only_so_fast(make_server):
-    server = make_server(TILECAST_MAX_SUBMISSIONS="3/minute").start()
-    body = scene()
     for _ in range(3):
-        assert server.client.post("/v1/jobs", json=body, headers={"Idempotency-Key": "a"}).status_code == 202
+        # The same request sent again is no other job.
+        assert server.client.post("/v1/jobs", json=scene(), headers={"Idempotency-Key": "a"}).status_code == 202
+    # So many submissions in a minute: these are the fifth, the sixth, and one too many.
+    server.client.delete(jobs[1]["links"]["self"])
     for seed in range(2):
-        server.submit(scene(seed=seed))
-    answer = server.client.post("/v1/jobs", json=body)
-    refused(answer, 429)
+        server.reach(server.submit(scene(seed=seed)), "done")
+    answer = server.client.post("/v1/jobs", json=scene())
+    assert "6 per 1 minute" in refused(answer, 429)["detail"]
     assert 0 < int(answer.headers["retry-after"]) <= 60
+    # And no callbacks, where they are switched off.
+    answer = server.client.post("/v1/jobs", json={"scene": scene(), "callback": "http://127.0.0.1:9/"})
+    assert refused(answer, 422)["errors"][0]["path"] == "callback"

@@ -13,7 +13,7 @@ from schemathesis.specs.openapi.checks import (
 )
 
 
-EXAMPLES = 12  # for each call
+EXAMPLES = 8  # for each call
 CHECKS = [not_a_server_error, status_code_conformance, content_type_conformance, response_schema_conformance]
 
 

@@ -1,5 +1,6 @@
 """Calls about jobs."""
 
+from hashlib import sha256
 from typing import Annotated
 
 from anyio import CapacityLimiter, to_thread
@@ -67,6 +68,8 @@ async def submit(
 
 @router.get("")
 def list_jobs(
+    request: Request,
+    response: Response,
     manager: Manager,
     state: Annotated[State | None, Query(description="Only jobs in this state.")] = None,
     limit: Annotated[int, Query(ge=1, le=200)] = 50,
@@ -76,6 +79,10 @@ def list_jobs(
     if after is not None and not (after.isascii() and after.isdigit() and len(after) < 19):
         raise bad_request("after", "must be the `next` of another page")
     jobs, following = manager.store.page(state, limit, int(after) if after is not None else None)
+    tag = f'"{sha256(" ".join([*map(etag, jobs), str(following)]).encode()).hexdigest()[:32]}"'
+    if unchanged(request, tag):
+        return not_modified(tag)
+    response.headers.update(caching(tag))
     return PageView(jobs=[job_view(job) for job in jobs], next=None if following is None else str(following))
 
 

@@ -235,11 +235,19 @@ class Manager:
                 status, commands = state.transition(job.status, event)
             except state.Refused as refusal:
                 raise Refused(str(refusal)) from None
-            if Command.WITHDRAW in commands and (work := self._works.get(job_id)) is not None:
+            work = self._works.get(job_id) if Command.WITHDRAW in commands else None
+            if work is not None:
                 # Before the commit: no event of a job comes after its final state.
+                self._dispatcher.remove(job_id)
                 work.settle()
-            if status != job.status:
-                job = self._commit(job, status, **values)
+            try:
+                if status != job.status:
+                    job = self._commit(job, status, **values)
+            except BaseException:
+                if work is not None:
+                    self._drop(job_id)
+                    self._enqueue(job)
+                raise
             for command in commands:
                 self._carry_out(command, job)
             return job
@@ -265,9 +273,9 @@ class Manager:
             case Command.ENQUEUE:
                 self._enqueue(job)
             case Command.WITHDRAW:
-                self._withdraw(job.id)
+                self._drop(job.id)
             case Command.CLEAN:
-                self._withdraw(job.id)
+                self._drop(job.id)
                 self.blobs.delete_all(f"{keys.job_prefix(job.id)}/tiles")
             case Command.CALL_BACK:
                 if job.callback is not None:
@@ -278,7 +286,7 @@ class Manager:
         self._works[job.id] = work
         self._dispatcher.add(work)
 
-    def _withdraw(self, job_id: str) -> None:
+    def _drop(self, job_id: str) -> None:
         work = self._works.get(job_id)
         if work is not None:
             self._dispatcher.remove(job_id)

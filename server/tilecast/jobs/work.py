@@ -83,6 +83,7 @@ class JobWork:
         self._saving = threading.Lock()  # held while something is stored; taken before `_lock`
         self._lock = threading.Lock()  # guards what follows
         self._closed = False
+        self._settled = False  # takes no more results
         self._complete = False  # every sample is in
         self._status = state.Status(state.State.RUNNING)
         self._rendering: Rendering | None = None
@@ -98,7 +99,7 @@ class JobWork:
 
     def next(self) -> Task | None:
         with self._lock:
-            if self._closed or self._status.state.final:
+            if self._settled or self._status.state.final:
                 return None
             if self._rendering is None:
                 self._load()
@@ -139,7 +140,7 @@ class JobWork:
 
     def done(self, task: Task, result: list[ChunkResult] | dict[str, Any]) -> None:
         with self._lock:
-            if self._closed:
+            if self._settled:
                 return
             if task.exclusive:
                 self._acquit()
@@ -182,7 +183,7 @@ class JobWork:
 
     def finished(self) -> None:
         with self._lock:
-            if self._closed or self._status.state.final:
+            if self._settled or self._status.state.final:
                 return
             if not self._rendering.finished:
                 self._happened(state.Failed("", "the rendering came to a halt before its end"))
@@ -287,7 +288,10 @@ class JobWork:
     # --- Anybody's side
 
     def settle(self) -> None:
-        """Store all that came in: the job is about to be paused or given up, or the server to stop."""
+        """Take nothing more, and store all that came in: the job is about to be paused or given up, or the server to
+        stop. The image is still there to be seen."""
+        with self._lock:
+            self._settled = True
         try:
             self.save()
             with self._lock:
@@ -301,7 +305,7 @@ class JobWork:
     def close(self) -> None:
         """Take and store nothing more, and let go of the image."""
         with self._saving, self._lock:
-            self._closed = True
+            self._settled = self._closed = True
             self._rendering = None
 
     def statistics(self) -> dict[str, Any] | None:
