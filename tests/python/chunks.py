@@ -1,4 +1,5 @@
-"""Chunks without a scene: samples drawn from a known distribution, keyed by pixel and sample index as the core's are."""
+"""Chunks without a scene: samples drawn from a known distribution, keyed by pixel and sample index as the
+core's are."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Scenes become the core's: placed where they say, shared where they are named, refused where they are wrong."""
+"""Scenes become the core's: placed where they say, shared where they are named, refused where they are
+wrong."""
 
 import time
 

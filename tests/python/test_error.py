@@ -1,9 +1,9 @@
 """The error estimate against distributions whose error is known.
 
-200 images of each. The tolerances of predicted over true MSE are 5 standard errors. One image's log ratio scatters by the
-interval's half width over 1.96, which is 0.036 for grey noise over 64 x 64 pixels (2 / sqrt(4096), times the unevenness of
-its variance), so the mean of 200 by 0.0026. A 95% interval that is right covers 200 times at least 0.95 - 3 sqrt(0.95 *
-0.05 / 200) = 90.4% with a probability of 99.8%.
+200 images of each. The tolerances of predicted over true MSE are 5 standard errors. One image's log ratio
+scatters by the interval's half width over 1.96, which is 0.036 for grey noise over 64 x 64 pixels (2 /
+sqrt(4096), times the unevenness of its variance), so the mean of 200 by 0.0026. A 95% interval that is right
+covers 200 times at least 0.95 - 3 sqrt(0.95 * 0.05 / 200) = 90.4% with a probability of 99.8%.
 """
 
 import functools
@@ -87,8 +87,8 @@ def test_the_first_checkpoint_has_an_interval_too():
 
 
 def test_light_that_few_have_met_is_not_taken_for_finished():
-    """The stop of an image waits for 16 samples and for the upper end of the interval. Were I taken for R in the
-    denominator, the pixels that have not met the light would hide the error of those that have."""
+    """The stop of an image waits for 16 samples and for the upper end of the interval. Were I taken for R in
+    the denominator, the pixels that have not met the light would hide the error of those that have."""
     _, (relative, _, _, true) = estimates(rare, 16)
     plan = make_plan(SIZE, SIZE, 16, 32)
     film = exposed(plan, draw(plan, rare))

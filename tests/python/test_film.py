@@ -1,4 +1,5 @@
-"""The film's bits depend on the samples alone: not on the order of arrival, the tiles, or a stop in between."""
+"""The film's bits depend on the samples alone: not on the order of arrival, the tiles, or a stop in
+between."""
 
 import random
 

@@ -1,4 +1,5 @@
-"""`import tilecast` gives the public names, in whatever order they are asked for, and loads nothing before."""
+"""`import tilecast` gives the public names, in whatever order they are asked for, and loads nothing
+before."""
 
 import json
 import subprocess

@@ -1,4 +1,5 @@
-"""Every kind of bad input is refused, with the JSON path of what is wrong and a message that says how to mend it."""
+"""Every kind of bad input is refused, with the JSON path of what is wrong and a message that says how to mend
+it."""
 
 import json
 

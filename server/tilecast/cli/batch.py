@@ -1,10 +1,10 @@
-"""`tilecast batch`: many scenes, an image each. What is done is skipped, so that an interrupted batch is simply called
-again.
+"""`tilecast batch`: many scenes, an image each. What is done is skipped, so that an interrupted batch is
+simply called again.
 
-Beside each image NAME.png stands NAME.stats.json with the statistics, the digest of the scene and the digest of the image.
-An image is done when both digests hold: the scene with its settings and meshes is the same, and the image is the one that
-was written for it. Nothing depends on times, which copies and checkouts change, or on metadata inside the image, which
-other programs drop.
+Beside each image NAME.png stands NAME.stats.json with the statistics, the digest of the scene and the digest
+of the image. An image is done when both digests hold: the scene with its settings and meshes is the same, and
+the image is the one that was written for it. Nothing depends on times, which copies and checkouts change, or
+on metadata inside the image, which other programs drop.
 """
 
 from __future__ import annotations
@@ -73,7 +73,8 @@ def batch(
 
 
 def _images(scenes: list[Path], folder: Path, suffix: str) -> dict[Path, Path]:
-    """The image of each scene. Ends the command where two would be one, or where a scene would be overwritten."""
+    """The image of each scene. Ends the command where two would be one, or where a scene would be
+    overwritten."""
     images: dict[Path, Path] = {}
     taken: dict[Path, Path] = {}
     for scene in dict.fromkeys(scenes):

@@ -1,4 +1,5 @@
-"""How a command fails: one line on stderr, and a status. 2: the scene or the call is wrong; 1: something else is."""
+"""How a command fails: one line on stderr, and a status. 2: the scene or the call is wrong; 1: something else
+is."""
 
 from __future__ import annotations
 
@@ -46,7 +47,8 @@ def failing(source: str | Path) -> Iterator[None]:
 
 
 def explain(source: str | Path, error: BaseException) -> tuple[str, int] | None:
-    """The line and the status for an error that belongs to a scene or to the machine; None for a mistake of ours."""
+    """The line and the status for an error that belongs to a scene or to the machine; None for a mistake of
+    ours."""
     if isinstance(error, SceneError):
         return describe(source, error), BAD_SCENE
     if isinstance(error, MemoryError):

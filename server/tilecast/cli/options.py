@@ -25,8 +25,8 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing but erro
 
 def settings(set_: list[str] | None, *, samples: int | None, seconds: float | None, error: float | None,
              size: str | None, accelerator: str | None, integrator: str | None, seed: int | None) -> list[str]:
-    """The options as KEY=VALUE, so that the scene's own rules judge them. Those of `--set` come first: an option with a
-    name of its own wins."""
+    """The options as KEY=VALUE, so that the scene's own rules judge them. Those of `--set` come first: an
+    option with a name of its own wins."""
     values: dict[str, Any] = {
         "render.samples": samples, "render.stop.seconds": seconds, "render.stop.relative_mse": error,
         "render.accelerator": accelerator, "render.integrator": integrator, "render.seed": seed}

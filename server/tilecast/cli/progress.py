@@ -1,4 +1,5 @@
-"""How far a render is: a bar with the time left on a terminal, plain lines elsewhere, nothing where quiet is asked."""
+"""How far a render is: a bar with the time left on a terminal, plain lines elsewhere, nothing where quiet is
+asked."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Shares an executor's slots among several works: by priority, then fairly between owners, then by age.
 
-One thread hands out and takes back; everything that a work is asked happens on it. The executor decides nothing: about
-two tasks a slot are in flight, and what comes next is chosen when a place is free. So a change of priority, a pause or a
-removal takes effect within a task or two on every engine.
+One thread hands out and takes back; everything that a work is asked happens on it. The executor decides
+nothing: about two tasks a slot are in flight, and what comes next is chosen when a place is free. So a change
+of priority, a pause or a removal takes effect within a task or two on every engine.
 """
 
 from __future__ import annotations
@@ -19,16 +19,17 @@ _log = logging.getLogger(__name__)
 
 
 class Work(Protocol):
-    """Something that gives tasks, such as the rendering of a job. Its methods are called on the dispatcher's thread, one
-    at a time, and may call the dispatcher."""
+    """Something that gives tasks, such as the rendering of a job. Its methods are called on the dispatcher's
+    thread, one at a time, and may call the dispatcher."""
 
     key: Hashable
     priority: int
     owner: Hashable
 
     def next(self) -> Any | None:
-        """The next task; None where there is none now. Asked again after each of the work's results. A task whose
-        attribute `exclusive` is true is started only when nothing else is in flight, and nothing is started beside it."""
+        """The next task; None where there is none now. Asked again after each of the work's results. A task
+        whose attribute `exclusive` is true is started only when nothing else is in flight, and nothing is
+        started beside it."""
 
     def submit(self, executor: Executor, task: Any) -> Future:
         """Starts a task."""
@@ -37,9 +38,9 @@ class Work(Protocol):
         """Takes the result of a task."""
 
     def failed(self, task: Any | None, error: BaseException) -> None:
-        """A task has failed, in the executor (a dead worker among others: BrokenExecutor, KilledWorker) or because
-        `submit` or `done` raised; task None: `next` raised, and the work is dropped. To try again, `next` gives it
-        again."""
+        """A task has failed, in the executor (a dead worker among others: BrokenExecutor, KilledWorker) or
+        because `submit` or `done` raised; task None: `next` raised, and the work is dropped. To try again,
+        `next` gives it again."""
 
     def finished(self) -> None:
         """There is nothing to hand out and nothing in flight: the work is dropped, and may be added again."""
@@ -71,10 +72,11 @@ class _Flight:
 
 
 class Dispatcher:
-    """Feeds works to `executor`, which has `slots` threads or processes. All methods are thread-safe and return at once.
+    """Feeds works to `executor`, which has `slots` threads or processes. All methods are thread-safe and
+    return at once.
 
-    After `remove`, results of the work that are still to come are thrown away; a callback that is running at that moment
-    ends as usual."""
+    After `remove`, results of the work that are still to come are thrown away; a callback that is running at
+    that moment ends as usual."""
 
     def __init__(self, executor: Executor, slots: int):
         if slots < 1:

@@ -1,24 +1,27 @@
 """The error of an image, estimated from the image alone.
 
-Even and odd samples make two independent images A and B (means of nA and nB samples). Of their weighted mean I, over n
-samples, D^2 with D = A - B tells the error without a reference: v = D^2 nA nB / n^2 has the expectation of (I - R)^2, for
-every pixel and channel, whatever the distribution. `mse` is the mean of v over pixels and channels.
+Even and odd samples make two independent images A and B (means of nA and nB samples). Of their weighted mean
+I, over n samples, D^2 with D = A - B tells the error without a reference: v = D^2 nA nB / n^2 has the
+expectation of (I - R)^2, for every pixel and channel, whatever the distribution. `mse` is the mean of v over
+pixels and channels.
 
-`relative_mse` is the mean of v / (R^2 + 0.01). Taking the noisy I for the unknown R would call pixels finished that have
-not met the light yet, and noise in the denominator biases the quotient; so R is taken from the neighbourhood, by the local
-linear filter of J.-S. Lee (Digital Image Enhancement and Noise Filtering by Use of Local Statistics, PAMI 1980): towards
-the mean of a window where noise explains the window's variance, I itself where it does not. As v falls, it becomes I.
-What is left of the bias: on the Cornell box the estimate is 8% low at 4 samples, 4% at 16 and 1% at 64, where I for R
-makes it 46%, 18% and 5% low. The interval does not cover this.
+`relative_mse` is the mean of v / (R^2 + 0.01). Taking the noisy I for the unknown R would call pixels
+finished that have not met the light yet, and noise in the denominator biases the quotient; so R is taken from
+the neighbourhood, by the local linear filter of J.-S. Lee (Digital Image Enhancement and Noise Filtering by
+Use of Local Statistics, PAMI 1980): towards the mean of a window where noise explains the window's variance,
+I itself where it does not. As v falls, it becomes I. What is left of the bias: on the Cornell box the
+estimate is 8% low at 4 samples, 4% at 16 and 1% at 64, where I for R makes it 46%, 18% and 5% low. The
+interval does not cover this.
 
-The 95% interval is for the true error of this very image, (I - R)^2 averaged. For each pixel and channel (I - R)^2 - v is
-the product of the two halves' errors, (A - R)(B - R), so whatever their distribution the difference has no bias, and the
-variance 4 tr(S^2) / 9 in the mean over 3 channels, S being the covariance of a pixel's mean over the channels. From v
-averaged over the channels, E[v^2] = (2 tr(S^2) + tr(S)^2) / 9 >= tr(S^2) / 3 where noise is normal, and more where it has
-long tails: so V = 4/3 v^2 is at least that variance, and equal to it where noise is normal and of one colour. Pixels are
-independent, so their V add up, and the interval is mse exp(+-1.96 sqrt(V) / mse): symmetric on the logarithmic axis on
-which errors are drawn. `low` and `high` are those of `relative_mse`, in the same way from v divided by its denominator.
-Nothing here asks the samples of one half to be independent: low-discrepancy ones are not.
+The 95% interval is for the true error of this very image, (I - R)^2 averaged. For each pixel and channel (I -
+R)^2 - v is the product of the two halves' errors, (A - R)(B - R), so whatever their distribution the
+difference has no bias, and the variance 4 tr(S^2) / 9 in the mean over 3 channels, S being the covariance of
+a pixel's mean over the channels. From v averaged over the channels, E[v^2] = (2 tr(S^2) + tr(S)^2) / 9 >=
+tr(S^2) / 3 where noise is normal, and more where it has long tails: so V = 4/3 v^2 is at least that variance,
+and equal to it where noise is normal and of one colour. Pixels are independent, so their V add up, and the
+interval is mse exp(+-1.96 sqrt(V) / mse): symmetric on the logarithmic axis on which errors are drawn. `low`
+and `high` are those of `relative_mse`, in the same way from v divided by its denominator. Nothing here asks
+the samples of one half to be independent: low-discrepancy ones are not.
 """
 
 from __future__ import annotations
@@ -37,8 +40,8 @@ _CAUTION = 1.5  # times the noise: what a window's variance must exceed to count
 
 @dataclass(frozen=True)
 class ErrorEstimate:
-    """Mean squared error over pixels and channels (linear RGB), with its 95% interval; and the same relative to the
-    image: mean((I - R)^2 / (R^2 + 0.01)), whose interval is low .. high."""
+    """Mean squared error over pixels and channels (linear RGB), with its 95% interval; and the same relative
+    to the image: mean((I - R)^2 / (R^2 + 0.01)), whose interval is low .. high."""
     mse: float
     mse_low: float
     mse_high: float
@@ -80,7 +83,8 @@ def _interval(total: float, total_of_squares: float, pixels: int) -> tuple[float
 
 
 def _smoothed(mean: np.ndarray, variance: np.ndarray) -> np.ndarray:
-    """Lee's estimate of the noiseless tile, float64 [3, h, w]. One gain for all channels, from their variances' sums."""
+    """Lee's estimate of the noiseless tile, float64 [3, h, w]. One gain for all channels, from their
+    variances' sums."""
     local = _window_mean(mean)
     off = mean - local
     noise = _window_mean(variance.sum(axis=0, keepdims=True))
@@ -90,8 +94,9 @@ def _smoothed(mean: np.ndarray, variance: np.ndarray) -> np.ndarray:
 
 
 def _window_mean(image: np.ndarray) -> np.ndarray:
-    """The mean over 9 x 9 pixels around each, cut at the edges; float64 [c, h, w]. By doubling (2, 4, 8, then the 9th):
-    fast in numpy, and without the cancellation of running sums, in which one bright pixel would drown all after it."""
+    """The mean over 9 x 9 pixels around each, cut at the edges; float64 [c, h, w]. By doubling (2, 4, 8, then
+    the 9th): fast in numpy, and without the cancellation of running sums, in which one bright pixel would
+    drown all after it."""
     for axis in (1, 2):
         length = image.shape[axis]
         counts = np.minimum(np.arange(length) + _RADIUS, length - 1) - np.maximum(np.arange(length) - _RADIUS, 0) + 1

@@ -1,8 +1,8 @@
 """The image in the making: sums of samples, tile by tile.
 
-The ranges of a tile are added in the order of the plan whatever the order in which they arrive, so the bits of the image
-do not depend on threads, machines or tile size. What a tile holds is never changed in place but replaced as a whole: a
-reader in another thread always sees one consistent state.
+The ranges of a tile are added in the order of the plan whatever the order in which they arrive, so the bits
+of the image do not depend on threads, machines or tile size. What a tile holds is never changed in place but
+replaced as a whole: a reader in another thread always sees one consistent state.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ class _TileState:
 
 
 class Film:
-    """The sums of every tile of a plan. `limit` holds ranges back: those from it on are kept aside, as if they had not
-    arrived, until it is raised (see `allow`)."""
+    """The sums of every tile of a plan. `limit` holds ranges back: those from it on are kept aside, as if
+    they had not arrived, until it is raised (see `allow`)."""
 
     def __init__(self, plan: Plan):
         self.plan = plan
@@ -43,8 +43,8 @@ class Film:
 
     def add(self, chunk: Chunk, sums: np.ndarray, rays: tuple[int, int, int] = (0, 0, 0),
             seconds: float = 0.0) -> bool:
-        """Takes the sums of a chunk, float64 [2, h, w, 3]; whether the tile has changed by it. A chunk that comes twice
-        counts once: its sums are the same each time."""
+        """Takes the sums of a chunk, float64 [2, h, w, 3]; whether the tile has changed by it. A chunk that
+        comes twice counts once: its sums are the same each time."""
         tile = chunk.tile
         expected = (2, tile.height, tile.width, 3)
         if np.shape(sums) != expected:
@@ -76,7 +76,8 @@ class Film:
     def _advanced(self, state: _TileState, sums: np.ndarray, rays: tuple, seconds: float) -> _TileState:
         """The state with the next range added."""
         done = state.ranges + 1
-        # The first sums are taken as they are, not added to zero: so -0.0 stays what it is, whatever the order.
+        # The first sums are taken as they are, not added to zero: so -0.0 stays what it is, whatever the
+        # order.
         total = sums if state.sums is None else state.sums + sums
         partials = state.partials
         if state.ranges in self._position:
@@ -153,7 +154,8 @@ class Film:
         return out.getvalue()
 
     def load_tile(self, tile: Tile, data: bytes) -> None:
-        """Takes up what `save_tile` stored. ValueError where it is damaged or belongs to another plan or tile."""
+        """Takes up what `save_tile` stored. ValueError where it is damaged or belongs to another plan or
+        tile."""
         try:
             with np.load(io.BytesIO(data), allow_pickle=False) as stored:
                 arrays = dict(stored)

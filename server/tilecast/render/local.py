@@ -31,10 +31,12 @@ class Image:
 def render(compiled: Compiled, *, samples: int | None = None, threads: int | None = None,
            on_event: Callable[[Event, Rendering], None] | None = None, stop: Stop | None = None,
            tile_size: int | None = None) -> Image:
-    """Renders a scene; `samples` and `stop` come from the scene where they are not given, `threads` is one a core.
+    """Renders a scene; `samples` and `stop` come from the scene where they are not given, `threads` is one a
+    core.
 
-    `on_event(event, rendering)` is called on another thread for each tile and point of the error curve as it comes.
-    Neither `threads` nor `tile_size` changes a pixel. A sample that is NaN or infinite raises the core's SampleError.
+    `on_event(event, rendering)` is called on another thread for each tile and point of the error curve as it
+    comes. Neither `threads` nor `tile_size` changes a pixel. A sample that is NaN or infinite raises the
+    core's SampleError.
     """
     document = compiled.document
     plan = make_plan(compiled.scene.width, compiled.scene.height,

@@ -18,7 +18,8 @@ _HALF_MAX = 65504.0
 
 
 def srgb(pixels: np.ndarray) -> np.ndarray:
-    """Linear RGB in float as sRGB in 8 bits (IEC 61966-2-1), clipped to what a screen shows; the same shape."""
+    """Linear RGB in float as sRGB in 8 bits (IEC 61966-2-1), clipped to what a screen shows; the same
+    shape."""
     linear = np.clip(pixels, 0, 1).astype(np.float32, copy=False)
     encoded = np.where(linear <= 0.0031308, linear * np.float32(12.92),
                        np.float32(1.055) * linear ** np.float32(1 / 2.4) - np.float32(0.055))
@@ -62,7 +63,8 @@ def encode(suffix: str, pixels: np.ndarray, metadata: Mapping[str, str] | None =
 
 
 def write_file(path: Path, data: bytes) -> None:
-    """Writes a file in one step: under another name first, then renamed. Whoever reads it finds the old or the new."""
+    """Writes a file in one step: under another name first, then renamed. Whoever reads it finds the old or
+    the new."""
     path = Path(path)
     handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent or Path("."))
     try:

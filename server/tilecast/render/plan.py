@@ -1,5 +1,5 @@
-"""The plan of an image: tiles times ranges of samples. It depends on the image and the sample count alone, never on who
-renders it, and so every checkpoint of the error lies at the same place in every run."""
+"""The plan of an image: tiles times ranges of samples. It depends on the image and the sample count alone,
+never on who renders it, and so every checkpoint of the error lies at the same place in every run."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ class Tile:
 
 @dataclass(frozen=True)
 class Chunk:
-    """The unit of work: samples first .. first + count - 1 of every pixel of a tile. `range` is the number of the sample
-    range in the plan."""
+    """The unit of work: samples first .. first + count - 1 of every pixel of a tile. `range` is the number of
+    the sample range in the plan."""
     tile: Tile
     range: int
     first: int
@@ -62,8 +62,9 @@ class Plan:
 
     @cached_property
     def ranges(self) -> tuple[tuple[int, int], ...]:
-        """(first, count) of each range of samples: [0, 2) [2, 4) [4, 8) [8, 16) ..., none longer than 1024, the last cut
-        at `samples`. The halves of an error estimate are even and odd samples, hence the two in the first."""
+        """(first, count) of each range of samples: [0, 2) [2, 4) [4, 8) [8, 16) ..., none longer than 1024,
+        the last cut at `samples`. The halves of an error estimate are even and odd samples, hence the two in
+        the first."""
         found = []
         first = 0
         while first < self.samples:
@@ -100,9 +101,9 @@ class Plan:
 
 
 def make_plan(width: int, height: int, samples: int, tile_size: int | None = None) -> Plan:
-    """The plan of an image of width x height pixels with `samples` for each. The tile size only decides how the work is
-    cut; without one, it is the largest power of two from 16 to 128 that keeps chunks near a second and leaves some 64
-    tiles to share out."""
+    """The plan of an image of width x height pixels with `samples` for each. The tile size only decides how
+    the work is cut; without one, it is the largest power of two from 16 to 128 that keeps chunks near a
+    second and leaves some 64 tiles to share out."""
     if min(width, height, samples) < 1 or (tile_size is not None and tile_size < 1):
         raise ValueError(f"an image needs at least one pixel, sample and pixel a tile, got {width} x {height}, "
                          f"{samples} samples, tiles of {tile_size}")

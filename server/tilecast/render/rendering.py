@@ -1,5 +1,5 @@
-"""One image in the making: which chunk comes next, what a result changes, and when it is enough. No threads, no files:
-the caller hands in results one at a time, in any order."""
+"""One image in the making: which chunk comes next, what a result changes, and when it is enough. No threads,
+no files: the caller hands in results one at a time, in any order."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ _log = logging.getLogger(__name__)
 
 @dataclass
 class ChunkResult:
-    """What a chunk gives: the sums of its samples (float64 [2, h, w, 3], even and odd samples apart), camera, bounce and
-    shadow rays traced, and the seconds of work."""
+    """What a chunk gives: the sums of its samples (float64 [2, h, w, 3], even and odd samples apart), camera,
+    bounce and shadow rays traced, and the seconds of work."""
     sums: np.ndarray
     rays: tuple[int, int, int]
     seconds: float
@@ -34,10 +34,11 @@ class ChunkResult:
 class Rendering:
     """The making of one image after `plan`.
 
-    `stop.relative_mse` ends it at a checkpoint: the first from 16 samples on at which the upper end of the error's
-    interval is below the limit. Sums beyond a checkpoint are held back until it is decided, so the image is the same
-    however the chunks ran. `stop.seconds` hands out no new chunk after that time; what is done is kept, and every pixel
-    has its first samples. Time counts while chunks are in flight: an image that is paused does not use up its seconds.
+    `stop.relative_mse` ends it at a checkpoint: the first from 16 samples on at which the upper end of the
+    error's interval is below the limit. Sums beyond a checkpoint are held back until it is decided, so the
+    image is the same however the chunks ran. `stop.seconds` hands out no new chunk after that time; what is
+    done is kept, and every pixel has its first samples. Time counts while chunks are in flight: an image that
+    is paused does not use up its seconds.
     """
 
     def __init__(self, plan: Plan, stop: Stop | None = None, clock: Callable[[], float] = time.monotonic):
@@ -59,7 +60,8 @@ class Rendering:
     # --- Handing out
 
     def next_chunk(self) -> Chunk | None:
-        """The next chunk to render; None where there is nothing to hand out now. There may be again after a result."""
+        """The next chunk to render; None where there is nothing to hand out now. There may be again after a
+        result."""
         if self._stopped:
             return None
         # A chunk that was given back is not new: without it, what has been done since might never be added.
@@ -113,7 +115,8 @@ class Rendering:
     # --- Results
 
     def add(self, chunk: Chunk, result: ChunkResult) -> list[Event]:
-        """Takes a result; the events that follow from it: tiles that have changed, points of the error curve."""
+        """Takes a result; the events that follow from it: tiles that have changed, points of the error
+        curve."""
         self._landed(chunk)
         if self._stopped:
             return []
@@ -147,7 +150,8 @@ class Rendering:
         return self._tile_events(self.film.allow(max(self.film.limit, self._limit_after(len(self.curve)))))
 
     def _limit_after(self, decided: int) -> int:
-        """The ranges that may be added once so many checkpoints are decided: up to the next that could end the image."""
+        """The ranges that may be added once so many checkpoints are decided: up to the next that could end
+        the image."""
         for at in range(decided, len(self.plan.checkpoints)):
             if self._checkpoint_samples(at) >= PILOT:
                 return self.plan.checkpoints[at] + 1
@@ -167,9 +171,10 @@ class Rendering:
 
     def restore(self, tiles: Mapping[int, bytes], seconds: float = 0.0,
                 curve: Iterable[Mapping[str, float]] = ()) -> list[Event]:
-        """Takes up a rendering from stored tiles (tile index -> `film.save_tile`), the seconds that it had used and the
-        points of its curve. To be called before the first chunk is handed out. A stored tile that is damaged is rendered
-        again, to the same bits. Returns events of points that the stored curve did not have yet."""
+        """Takes up a rendering from stored tiles (tile index -> `film.save_tile`), the seconds that it had
+        used and the points of its curve. To be called before the first chunk is handed out. A stored tile
+        that is damaged is rendered again, to the same bits. Returns events of points that the stored curve
+        did not have yet."""
         for index, data in tiles.items():
             try:
                 self.film.load_tile(self.plan.tiles[index], data)
@@ -194,7 +199,8 @@ class Rendering:
 
     @property
     def progress(self) -> float:
-        """0 to 1: of the samples that are expected to be needed, or of the time that is given, whichever is further."""
+        """0 to 1: of the samples that are expected to be needed, or of the time that is given, whichever is
+        further."""
         if self.finished:
             return 1.0
         done = self._part_of_samples()
@@ -224,8 +230,8 @@ class Rendering:
         return min(self.film.samples / (self.plan.width * self.plan.height * needed), 1.0)
 
     def statistics(self, facts: Mapping[str, Any] | None = None, write: float = 0.0) -> dict[str, Any]:
-        """The statistics of the image as `--stats` writes them. `facts` are those of the scene (`Compiled.facts`),
-        `write` the seconds that writing the image took."""
+        """The statistics of the image as `--stats` writes them. `facts` are those of the scene
+        (`Compiled.facts`), `write` the seconds that writing the image took."""
         facts = dict(facts or {})
         pixels = self.plan.width * self.plan.height
         samples = self.film.samples / pixels

@@ -1,4 +1,5 @@
-"""What no single model can judge: names that are not there, objects that contain themselves, singular transforms."""
+"""What no single model can judge: names that are not there, objects that contain themselves, singular
+transforms."""
 
 from __future__ import annotations
 
@@ -16,7 +17,8 @@ _CSG = (schema.Union, schema.Intersection, schema.Difference)
 
 
 def walk(scene: schema.Scene) -> Iterator[tuple[Path, Any]]:
-    """Every placement, object and area light of a scene with its path: under `objects`, in `scene`, in `lights`."""
+    """Every placement, object and area light of a scene with its path: under `objects`, in `scene`, in
+    `lights`."""
     for name, node in scene.objects.items():
         yield from below(("objects", name), node)
     for index, node in enumerate(scene.scene):
@@ -37,7 +39,8 @@ def below(path: Path, node: Any) -> Iterator[tuple[Path, Any]]:
 
 
 def check(scene: schema.Scene) -> None:
-    """Raises SceneError, with all that is wrong with names, transforms and operands, in the order of the document."""
+    """Raises SceneError, with all that is wrong with names, transforms and operands, in the order of the
+    document."""
     nodes = list(walk(scene))
     errors = [*_names(scene, nodes), *_transforms(nodes)]
     if not errors:
@@ -127,7 +130,8 @@ def _operands(scene: schema.Scene, nodes: list[tuple[Path, Any]]) -> Iterator[tu
 
 
 def _area_lights(scene: schema.Scene, nodes: list[tuple[Path, Any]]) -> Iterator[tuple[Path, str]]:
-    # The innermost material counts everywhere else; a light whose object keeps its own material would not shine.
+    # The innermost material counts everywhere else; a light whose object keeps its own material would not
+    # shine.
     for path, node in nodes:
         if isinstance(node, schema.AreaLight) and getattr(resolve(scene, node), "material", None) is not None:
             yield (*path, "object"), "has a material of its own, but an area light brings its own: leave it out there"

@@ -37,7 +37,8 @@ class Compiled:
 
     @property
     def closest(self) -> Callable[..., Any]:
-        """closest(origins, directions, t_min=0, t_max=inf): the first hit of each ray; float64 [n, 3] each."""
+        """closest(origins, directions, t_min=0, t_max=inf): the first hit of each ray; float64 [n, 3]
+        each."""
         return self.scene.closest
 
     @property
@@ -61,9 +62,9 @@ class Compiled:
 
 
 def compile(scene: schema.Scene, open_file: OpenFile, max_triangles: int | None = None) -> Compiled:
-    """Builds the immutable core scene. `open_file` gives the bytes of a mesh file (see `folder_opener`); the errors of
-    files, meshes and geometry are SceneErrors at the object that they belong to. `max_triangles`: how many all meshes
-    may have together, before instances multiply them."""
+    """Builds the immutable core scene. `open_file` gives the bytes of a mesh file (see `folder_opener`); the
+    errors of files, meshes and geometry are SceneErrors at the object that they belong to. `max_triangles`:
+    how many all meshes may have together, before instances multiply them."""
     start = time.perf_counter()
     work = _Compiler(scene, open_file, max_triangles)
     with collector_paused():
@@ -72,14 +73,15 @@ def compile(scene: schema.Scene, open_file: OpenFile, max_triangles: int | None 
     return Compiled(core, scene, seconds)
 
 
-# The core says what is wrong and, where it lies deeper than the object itself, first where: "of[1].transform: ...".
+# The core says what is wrong and, where it lies deeper than the object itself, first where: "of[1].transform:
+# ...".
 _DEEPER = re.compile(r"(?P<at>[a-z_]+(?:\[\d+\])*(?:\.[a-z_]+(?:\[\d+\])*)*): (?P<message>.+)", re.DOTALL)
 
 
 @contextlib.contextmanager
 def _at(path: Path, of: Sequence[Path] = ()) -> Iterator[None]:
-    """Errors of the core become errors at `path`, or below it. `of`: the paths of what the core knows as of[i], where
-    that is not the key under which the scene has it."""
+    """Errors of the core become errors at `path`, or below it. `of`: the paths of what the core knows as
+    of[i], where that is not the key under which the scene has it."""
     try:
         yield
     except _core.Error as error:
@@ -144,7 +146,8 @@ class _Compiler:
                                  seed=settings.seed, next_event=settings.next_event)
 
     def _needed(self, roots: Sequence[tuple[Path, Any]]) -> list[str]:
-        """The names that `roots` use, each after all that it uses itself. Without recursion: chains may be long."""
+        """The names that `roots` use, each after all that it uses itself. Without recursion: chains may be
+        long."""
         order: list[str] = []
         started: set[str] = set()
         stack = [(name, False) for path, node in reversed(roots) for _, name in checks.uses(path, node)]
@@ -159,8 +162,9 @@ class _Compiler:
         return order
 
     def _place(self, nodes: Sequence[tuple[Path, Any]]) -> list[_Placed]:
-        """Compiles placements (references, objects in place, area lights), all their transforms at once. A reference's
-        transform comes after its object's own; of the two materials the object's own, the inner one, counts."""
+        """Compiles placements (references, objects in place, area lights), all their transforms at once. A
+        reference's transform comes after its object's own; of the two materials the object's own, the inner
+        one, counts."""
         inner = self._inner(nodes)
         matrices = transforms.matrices([node.transform for _, node in nodes])
         combined = transforms.product(matrices, np.array([found.matrix for found in inner]).reshape(-1, 4, 4))

@@ -10,9 +10,9 @@ from . import paths
 class SceneError(ValueError):
     """A scene that cannot be rendered, named by its place in the JSON.
 
-    `path` is the JSON path ("objects.lens.of[1].radius"; empty where the document as a whole is meant), `message`
-    says what is wrong and how to mend it. `errors` lists every (path, message) that was found, at most 100; the
-    first is `path` and `message`.
+    `path` is the JSON path ("objects.lens.of[1].radius"; empty where the document as a whole is meant),
+    `message` says what is wrong and how to mend it. `errors` lists every (path, message) that was found, at
+    most 100; the first is `path` and `message`.
     """
 
     def __init__(self, path: str | Sequence[paths.Part], message: str,

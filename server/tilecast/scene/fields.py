@@ -17,7 +17,8 @@ class Model(BaseModel):
 
 
 def fault(message: str, *at: str | int) -> PydanticCustomError:
-    """An error for a validator to raise; `at` is the path below the model, where it is not the model itself."""
+    """An error for a validator to raise; `at` is the path below the model, where it is not the model
+    itself."""
     return PydanticCustomError("fault", "{message}", {"message": message, "at": list(at)})
 
 
@@ -54,8 +55,8 @@ Matrix = TypeAliasType("Matrix", list_of(
     list_of(Coordinate, 4, "A row."), 4, "4 x 4, row-major, for column vectors; last row 0 0 0 1."))
 
 
-# --- Unions. Where no `type` tells the members apart, a function of the value does. Its tags start with "~", so that
-# --- no path in an error shows them (see parsing).
+# --- Unions. Where no `type` tells the members apart, a function of the value does. Its tags start with "~",
+# --- so that no path in an error shows them (see parsing).
 
 def choice(choose: Callable[[Any], str], **members: Any) -> Any:
     """The union of `members`, of which `choose(value)` tells by its tag which one `value` is meant to be."""

@@ -1,4 +1,5 @@
-"""What can be said about a mesh before it is loaded: its file's name, and its faces where they stand in the scene."""
+"""What can be said about a mesh before it is loaded: its file's name, and its faces where they stand in the
+scene."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Scenes for Python and the command line: from a file or a dictionary to what can be rendered, in one call."""
+"""Scenes for Python and the command line: from a file or a dictionary to what can be rendered, in one
+call."""
 
 from __future__ import annotations
 
@@ -21,10 +22,12 @@ from .parsing import judge, parse, read
 
 def load(source: str | Path | dict[str, Any], *, folder: str | Path | None = None,
          settings: Iterable[str] = ()) -> Compiled:
-    """The compiled, immutable scene in a JSON file or a dictionary. `settings` ("render.samples=16") replace values of
-    it. Mesh files are looked for in `folder`; if it is not given, beside the file, or in the current folder.
+    """The compiled, immutable scene in a JSON file or a dictionary. `settings` ("render.samples=16") replace
+    values of it. Mesh files are looked for in `folder`; if it is not given, beside the file, or in the
+    current folder.
 
-    SceneError, with the JSON path, if there is anything wrong; with the path "" if the file itself cannot be read.
+    SceneError, with the JSON path, if there is anything wrong; with the path "" if the file itself cannot be
+    read.
     """
     start = time.perf_counter()
     scene, beside = load_document(source, settings)
@@ -53,8 +56,8 @@ def _read_file(path: Path) -> bytes:
 
 
 def mesh(vertices: np.ndarray, faces: np.ndarray, accelerator: str = "auto") -> _core.Scene:
-    """A scene of one mesh, for ray queries alone: vertices [n, 3] and faces [m, 3] as arrays or lists. SceneError where
-    they are no mesh."""
+    """A scene of one mesh, for ray queries alone: vertices [n, 3] and faces [m, 3] as arrays or lists.
+    SceneError where they are no mesh."""
     try:
         # Copies nothing that has the right type already. Negative indices would turn into large ones.
         indices = np.asarray(faces)

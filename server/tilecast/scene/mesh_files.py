@@ -23,8 +23,8 @@ def files(scene: schema.Scene) -> dict[str, str]:
 
 
 def renamed(scene: schema.Scene, names: Mapping[str, str]) -> dict[str, Any]:
-    """The scene as a JSON document (what was left out stays left out) in which every mesh file that is a key of
-    `names` has the name given there."""
+    """The scene as a JSON document (what was left out stays left out) in which every mesh file that is a key
+    of `names` has the name given there."""
     document = to_json(scene)
 
     def rename(value: Any) -> None:
@@ -48,8 +48,9 @@ def to_json(scene: schema.Scene) -> dict[str, Any]:
 
 
 def digest(scene: schema.Scene, open_file: OpenFile | None = None) -> str:
-    """SHA-256 (hex) of all that an image of this scene depends on: equal for equal scenes however they were written
-    down. With `open_file` the contents of mesh files count; without, their names, which is right for assets."""
+    """SHA-256 (hex) of all that an image of this scene depends on: equal for equal scenes however they were
+    written down. With `open_file` the contents of mesh files count; without, their names, which is right for
+    assets."""
     document = scene.model_dump(mode="json")
     state = hashlib.sha256(json.dumps(document, sort_keys=True, separators=(",", ":")).encode())
     for path, file in sorted(files(scene).items()) if open_file else ():
@@ -68,8 +69,8 @@ def read_file(open_file: OpenFile, file: str, path: str) -> bytes:
 
 
 def folder_opener(folder: Path) -> OpenFile:
-    """Opens files below `folder` and nowhere else, symbolic links followed. The errors are SceneErrors without a path,
-    which `compile` puts in."""
+    """Opens files below `folder` and nowhere else, symbolic links followed. The errors are SceneErrors
+    without a path, which `compile` puts in."""
     root = Path(folder).resolve()
 
     def open_file(file: str) -> bytes:

@@ -15,11 +15,12 @@ _MOST_VERTICES = 2**32 - 1  # indices have 32 bits
 
 
 def load(data: bytes, file: str) -> tuple[np.ndarray, np.ndarray]:
-    """The triangles in the bytes of a PLY, OBJ, STL or GLB file: vertices float64 [n, 3], faces uint32 [m, 3].
+    """The triangles in the bytes of a PLY, OBJ, STL or GLB file: vertices float64 [n, 3], faces uint32 [m,
+    3].
 
-    Faces of more corners are cut into triangles. Vertices are as the file has them: an STL repeats them for each face,
-    others along the seams of a texture, and the core knows equal places for one. What is not a mesh is refused with a
-    SceneError without a path.
+    Faces of more corners are cut into triangles. Vertices are as the file has them: an STL repeats them for
+    each face, others along the seams of a texture, and the core knows equal places for one. What is not a
+    mesh is refused with a SceneError without a path.
     """
     kind = PurePosixPath(file).suffix[1:].lower()
     if not data:
@@ -50,7 +51,8 @@ def _read(data: bytes, kind: str, file: str) -> tuple[np.ndarray, np.ndarray]:
         raise corrupt(f"line {data.count(10, 0, line.start()) + 1} names vertex 0, but they count from 1")
     try:
         with np.errstate(all="ignore"):
-            # process=False: nothing is merged, dropped or moved by a tolerance. An STL has no materials to skip.
+            # process=False: nothing is merged, dropped or moved by a tolerance. An STL has no materials to
+            # skip.
             skip = {} if kind == "stl" else {"skip_materials": True}
             loaded = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False, **skip)
             for geometry in loaded.geometry.values():

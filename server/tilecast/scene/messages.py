@@ -34,7 +34,8 @@ def _one(error: Mapping[str, Any], document: Any) -> tuple[str, str]:
 
 
 def _path(location: tuple[str | int, ...], document: Any) -> tuple[list[paths.Part], Any]:
-    """The path of a pydantic location, without the tags of the unions on the way; and the innermost value above it."""
+    """The path of a pydantic location, without the tags of the unions on the way; and the innermost value
+    above it."""
     parts: list[paths.Part] = []
     value, parent, tagged = document, None, False
     for part in location:

@@ -12,8 +12,8 @@ from .errors import SceneError
 
 
 def override(document: dict[str, Any], settings: Iterable[str]) -> dict[str, Any]:
-    """A copy of the JSON document with each KEY=VALUE put in place, in order. KEY is a JSON path; objects on the way
-    that are not there are made. VALUE is JSON, or else stands for itself as a text."""
+    """A copy of the JSON document with each KEY=VALUE put in place, in order. KEY is a JSON path; objects on
+    the way that are not there are made. VALUE is JSON, or else stands for itself as a text."""
     if settings := list(settings):
         document = copy.deepcopy(document)
     for setting in settings:

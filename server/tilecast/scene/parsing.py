@@ -1,4 +1,5 @@
-"""From the text of a scene to a checked `schema.Scene`. Every refusal is a SceneError that names its place."""
+"""From the text of a scene to a checked `schema.Scene`. Every refusal is a SceneError that names its
+place."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ DEEPEST = 64  # levels of lists and objects in each other; nothing that people w
 
 
 def parse(text: bytes | str | dict) -> schema.Scene:
-    """The scene in `text` (JSON, UTF-8) or in a dictionary of the same shape; SceneError if there is anything wrong.
+    """The scene in `text` (JSON, UTF-8) or in a dictionary of the same shape; SceneError if there is anything
+    wrong.
 
     What only the meshes' files can tell is not known yet: see `compile`.
     """
@@ -42,7 +44,8 @@ def judge(document: dict[str, Any]) -> schema.Scene:
 
 @contextlib.contextmanager
 def collector_paused() -> Iterator[None]:
-    """For work that makes nothing but objects that stay: looking through them for garbage would take half of its time."""
+    """For work that makes nothing but objects that stay: looking through them for garbage would take half of
+    its time."""
     enabled = gc.isenabled()
     gc.disable()
     try:
@@ -53,8 +56,8 @@ def collector_paused() -> Iterator[None]:
 
 
 def read(text: bytes | str | dict) -> dict[str, Any]:
-    """The JSON document as it stands, not yet held against the schema. NaN and infinity pass here, to be refused by
-    the schema with their path."""
+    """The JSON document as it stands, not yet held against the schema. NaN and infinity pass here, to be
+    refused by the schema with their path."""
     if not isinstance(text, (bytes, str)):
         text = _written(text)
     if isinstance(text, bytes):
@@ -137,8 +140,8 @@ class _Pairs:
 
 
 def _find(document: Any, duplicates: list[tuple[dict, str]]) -> list[Part]:
-    """The path of the first dictionary with a key that stood twice. Its second value won, and so a dictionary inside
-    the first value may have gone."""
+    """The path of the first dictionary with a key that stood twice. Its second value won, and so a dictionary
+    inside the first value may have gone."""
     keys = {id(dictionary): key for dictionary, key in duplicates}
     stack: list[tuple[list[Part], Any]] = [([], document)]
     while stack:

@@ -1,9 +1,9 @@
-"""The scene format, as pydantic models: the only place that says what a scene may hold, with `steps` (transforms),
-`materials` and `fields` (numbers and unions), whose models are names of this module too.
+"""The scene format, as pydantic models: the only place that says what a scene may hold, with `steps`
+(transforms), `materials` and `fields` (numbers and unions), whose models are names of this module too.
 
-y up, right-handed, metres, degrees, linear RGB. Unknown keys are errors. Lists stand for vectors and colours, so that
-the JSON Schema made from these models stays plain. What needs more than one model to be judged (names, cycles,
-transforms that are singular only as a product) is in `checks`.
+y up, right-handed, metres, degrees, linear RGB. Unknown keys are errors. Lists stand for vectors and colours,
+so that the JSON Schema made from these models stays plain. What needs more than one model to be judged
+(names, cycles, transforms that are singular only as a product) is in `checks`.
 """
 
 from __future__ import annotations
@@ -75,7 +75,8 @@ class Mesh(_Object):
     """Triangles: from a file, or `vertices` and `faces` in place."""
     type: Literal["mesh"]
     file: str | None = None
-    """A file beside the scene (PLY, OBJ, STL, GLB); on a server an uploaded asset, sha256:<64 hex digits>.<extension>."""
+    """A file beside the scene (PLY, OBJ, STL, GLB); on a server an uploaded asset, sha256:<64 hex
+    digits>.<extension>."""
     vertices: list[Vector] | None = None
     faces: list[Annotated[list[Integer], Field(min_length=3, max_length=3)]] | None = None
     """Three indices into `vertices`, counter-clockwise as seen from outside."""
@@ -217,7 +218,8 @@ class Render(Model):
     seed: whole(0, 2**32 - 1) = 0
     stop: Stop = Stop()
     next_event: bool = True
-    """Sample lights directly. Without it the path integrator finds them by chance: the same image, with more noise."""
+    """Sample lights directly. Without it the path integrator finds them by chance: the same image, with more
+    noise."""
 
 
 def _no_boolean(value: Any) -> Any:

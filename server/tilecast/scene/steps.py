@@ -1,4 +1,5 @@
-"""Transforms as the scene format has them: steps in order, or one matrix. What they mean is in `transforms`."""
+"""Transforms as the scene format has them: steps in order, or one matrix. What they mean is in
+`transforms`."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Transforms of the scene format as 4 x 4 matrices for column vectors: p' = M p.
 
-All transforms of a scene are worked out together, step by step. The arithmetic is spelled out element by element (no
-BLAS, no vectorised sine), so that it rounds the same on every machine.
+All transforms of a scene are worked out together, step by step. The arithmetic is spelled out element by
+element (no BLAS, no vectorised sine), so that it rounds the same on every machine.
 """
 
 from __future__ import annotations
@@ -14,9 +14,10 @@ import numpy as np
 
 from . import schema
 
-# A transform is singular where its 3 x 3 part, each row and column brought to length 1, squeezes some direction by more
-# than this. Rounding leaves up to some 1e-15 of a direction that was meant to vanish; honest transforms of condition
-# number 1e8 stay far above, and plain scales by axis are exactly 1 after the lengths are taken out.
+# A transform is singular where its 3 x 3 part, each row and column brought to length 1, squeezes some
+# direction by more than this. Rounding leaves up to some 1e-15 of a direction that was meant to vanish;
+# honest transforms of condition number 1e8 stay far above, and plain scales by axis are exactly 1 after the
+# lengths are taken out.
 _SINGULAR = 1e-14
 
 
