@@ -4,8 +4,7 @@ import hashlib
 import struct
 import threading
 
-from conftest import scene
-from test_bad_input import refused
+from servers import refused, scene
 
 
 def tetrahedron(scale: float = 1.0) -> bytes:

@@ -9,17 +9,7 @@ import threading
 import time
 
 import pytest
-from conftest import scene
-
-
-def refused(answer, status: int) -> dict:
-    """The problem that an answer is."""
-    assert answer.status_code == status, answer.text
-    assert answer.headers["content-type"] == "application/problem+json"
-    problem = answer.json()
-    assert problem["status"] == status and problem["title"] and problem["detail"]
-    assert problem["type"].startswith("urn:tilecast:problem:")
-    return problem
+from servers import refused, scene
 
 
 BODIES = {

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import gone, long_scene, scene, until
 from crashing import CRASHES_IN_ONE_TILE, CRASHES_WHILE_COMPILING
-from test_jobs import exr, locally
+from servers import exr, gone, locally, long_scene, scene, until
 
 PRELOAD = {"DASK_DISTRIBUTED__WORKER__PRELOAD": repr([str(Path(__file__).with_name("crashing.py"))])}
 

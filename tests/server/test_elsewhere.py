@@ -9,8 +9,7 @@ from http.server import BaseHTTPRequestHandler, HTTPServer
 
 import numpy as np
 import pytest
-from conftest import long_scene, scene, until
-from test_jobs import exr, locally
+from servers import exr, locally, long_scene, scene, until
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ import threading
 from collections.abc import Iterator
 
 import httpx2
-from conftest import long_scene, scene, until
+from servers import long_scene, scene, until
 
 
 def listen(server, job, last: str | None = None) -> Iterator[httpx2.ServerSentEvent]:

@@ -1,32 +1,11 @@
 """Jobs over HTTP, from the scene to the picture."""
 
+import json
 import threading
 
 import numpy as np
 import pytest
-from conftest import long_scene, scene, until
-
-from tilecast import _core
-from tilecast import scene as scenes
-from tilecast.render import local
-
-
-def locally(document: dict) -> np.ndarray:
-    """The pixels of a scene as this process renders them."""
-    compiled = scenes.compile(scenes.parse(document), lambda name: b"")
-    return local.render(compiled, threads=2).pixels
-
-
-def exr(server, job, tmp_path) -> np.ndarray:
-    """The pixels of a job, float32 [height, width, 3]."""
-    answer = server.client.get(f"/v1/jobs/{job['id']}/image.exr")
-    assert answer.status_code == 200, answer.text
-    assert answer.headers["content-type"] == "image/x-exr"
-    path = tmp_path / "image.exr"
-    path.write_bytes(answer.content)
-    pixels, channels, *_ = _core.read_image(str(path))
-    assert channels[:3] == ["R", "G", "B"]
-    return pixels[..., :3]
+from servers import exr, locally, long_scene, scene, until
 
 
 def test_a_scene_becomes_a_picture(server, tmp_path):
@@ -118,10 +97,10 @@ def test_a_job_has_a_name_and_a_priority(server):
     assert server.reach(job, "done")["name"] == job["name"]
 
 
-@pytest.mark.parametrize("media_type", ["application/x-www-form-urlencoded", "application/json; charset=utf-8", "text/plain"])
+@pytest.mark.parametrize(
+    "media_type", ["application/x-www-form-urlencoded", "application/json; charset=utf-8", "text/plain"]
+)
 def test_what_curl_and_browsers_send_by_default_is_taken(server, media_type):
-    import json
-
     body = json.dumps(scene()).encode()
     answer = server.client.post("/v1/jobs", content=body, headers={"Content-Type": media_type})
     assert answer.status_code == 202
@@ -274,7 +253,8 @@ def test_the_list_is_newest_first_and_paged(server):
 def test_what_did_not_change_is_not_sent_again(server):
     job = server.reach(server.submit(scene()), "done")
     tile = f"{job['links']['tiles']}/0/0.f16"
-    for link in ("/v1/jobs?state=done", job["links"]["self"], job["links"]["image"], job["links"]["exr"], job["links"]["thumbnail"], tile):
+    pictures = [job["links"][name] for name in ("image", "exr", "thumbnail")]
+    for link in ("/v1/jobs?state=done", job["links"]["self"], *pictures, tile):
         tag = server.client.get(link).headers["etag"]
         again = server.client.get(link, headers={"If-None-Match": tag})
         assert (again.status_code, again.content) == (304, b"")

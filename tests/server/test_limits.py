@@ -1,7 +1,6 @@
 """What a user may have at once, and how fast."""
 
-from conftest import long_scene, scene
-from test_bad_input import refused
+from servers import long_scene, refused, scene
 
 
 def test_what_users_may_have(make_server):

@@ -1,7 +1,6 @@
 """The service against its own description: whatever a generator makes of it, nothing fails."""
 
 import schemathesis
-from conftest import scene
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis.strategies import booleans
 from jsonschema_rs import validator_for
@@ -11,6 +10,7 @@ from schemathesis.specs.openapi.checks import (
     response_schema_conformance,
     status_code_conformance,
 )
+from servers import scene
 
 
 EXAMPLES = 8  # for each call

@@ -11,7 +11,7 @@ import pytest
 from tilecast.jobs.blobs import Blobs, Mismatch, TooLarge, asset_key
 from tilecast.jobs.hub import Hub
 from tilecast.jobs.journal import Journal
-from tilecast.jobs.work import finite
+from tilecast.jobs.task import finite
 from tilecast.jobs.worker import Cache, Rejected
 
 
@@ -152,4 +152,5 @@ def test_a_hub_wakes_those_who_listen():
 
 def test_json_says_nothing_of_infinity():
     inf, nan = float("inf"), float("nan")
-    assert finite({"a": [1.5, inf, {"b": nan}], "c": (2, "x", None)}) == {"a": [1.5, None, {"b": None}], "c": [2, "x", None]}
+    value = {"a": [1.5, inf, {"b": nan}], "c": (2, "x", None)}
+    assert finite(value) == {"a": [1.5, None, {"b": None}], "c": [2, "x", None]}

@@ -7,7 +7,7 @@ import subprocess
 import sys
 
 import psutil
-from conftest import PATIENCE, gone, long_scene, until
+from servers import PATIENCE, gone, long_scene, until
 
 
 def refusals(calls: dict[str, tuple[list[str], dict[str, str]]]) -> dict[str, tuple[int, str]]:

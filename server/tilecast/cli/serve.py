@@ -44,7 +44,8 @@ def serve(
     except ValidationError as error:
         fault = error.errors()[0]
         name = str(fault["loc"][0])
-        fail(f"{'--' + name if options.get(name) is not None else 'TILECAST_' + name.upper()}: {fault['msg']}", BAD_SCENE)
+        shown = f"--{name}" if options.get(name) is not None else f"TILECAST_{name.upper()}"
+        fail(f"{shown}: {fault['msg']}", BAD_SCENE)
     # By name, as servers name applications: commands do not know the HTTP floor.
     run: Any = resolve_name("tilecast.api.server:serve")
     try:

@@ -47,7 +47,8 @@ def submit(
             try:
                 for digest, path in files.items():
                     _send(client, digest, path)
-                order = {"scene": document, "name": name if name is not None else scene.stem[:200], "priority": priority}
+                name = name if name is not None else scene.stem[:200]
+                order = {"scene": document, "name": name, "priority": priority}
                 # A key of its own: an answer that is lost on its way makes no second job.
                 key = {"Idempotency-Key": secrets.token_hex(16)}
                 job = _call(client, scene, "POST", "/v1/jobs", json=order, headers=key).json()

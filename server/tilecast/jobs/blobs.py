@@ -60,7 +60,8 @@ class Blobs:
 
     def ranges(self, key: str, starts: Sequence[int], length: int) -> list[bytes]:
         """`length` bytes from each of `starts`. Raises `FileNotFoundError`."""
-        return [bytes(part) for part in obstore.get_ranges(self._store, key, starts=starts, lengths=[length] * len(starts))]
+        parts = obstore.get_ranges(self._store, key, starts=starts, lengths=[length] * len(starts))
+        return [bytes(part) for part in parts]
 
     def has(self, key: str) -> bool:
         try:

@@ -4,7 +4,7 @@ from concurrent.futures import Executor, Future
 from typing import Any
 
 from tilecast.jobs import worker
-from tilecast.jobs.work import Task
+from tilecast.jobs.task import Task
 
 # Ahead of everything: somebody waits for the answer.
 _PRIORITY = 2**31

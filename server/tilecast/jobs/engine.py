@@ -38,6 +38,7 @@ _LOCAL_SETTINGS = {
     # The nanny is at work when a worker is lost, however long it takes: a cluster that loses patience would close it.
     "distributed.deploy.lost-worker-timeout": "365 days",
     "distributed.worker.profile.enabled": False,
+    "distributed.admin.tick.interval": "1s",
     "distributed.admin.tick.limit": "30s",
     # Nothing is to be seen over HTTP.
     "distributed.scheduler.http.routes": [],

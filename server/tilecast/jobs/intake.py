@@ -106,8 +106,8 @@ class Intake:
         checked: dict[str, bool] = {}
         for path, file in scene.files(parsed).items():
             if not file.startswith("sha256:"):
-                message = f"names the file {file!r}, but a server has no files beside a scene: 'tilecast submit' sends them"
-                errors.append((path, message))
+                advice = "a server has no files beside a scene; 'tilecast submit' sends them"
+                errors.append((path, f"names the file {file!r}, but {advice}"))
                 continue
             if file not in checked:
                 digest = file.removeprefix("sha256:").split(".")[0]

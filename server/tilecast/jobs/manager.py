@@ -4,13 +4,11 @@
 methods may be called from any thread, but not from an event loop: they wait for the database.
 """
 
-import fcntl
-import os
 import threading
 import time
 from collections import Counter
 from collections.abc import Callable
-from typing import Any, BinaryIO
+from typing import Any
 
 import structlog
 
@@ -19,7 +17,8 @@ from tilecast.jobs import state
 from tilecast.jobs.blobs import Blobs
 from tilecast.jobs.callbacks import Callbacks
 from tilecast.jobs.engine import Engine
-from tilecast.jobs.faults import InUse, NoSuchJob, Refused
+from tilecast.jobs.faults import NoSuchJob, Refused
+from tilecast.jobs.folder import lock_folder
 from tilecast.jobs.hub import Hub
 from tilecast.jobs.images import Images
 from tilecast.jobs.intake import Intake, Order
@@ -65,7 +64,7 @@ class Manager:
 
     def _start(self, describe: Callable[[Job], dict[str, Any]]) -> None:
         settings = self.settings
-        self._closers.append(_lock_folder(settings).close)
+        self._closers.append(lock_folder(settings.data).close)
         self.store = Store(settings.database_url)
         self._closers.append(self.store.close)
         self.blobs = Blobs(settings.blobs_url)
@@ -263,7 +262,7 @@ class Manager:
         data = {"state": status.state, "priority": values.get("priority", job.priority), "error": error}
         changed = self.store.change(job, status, data, **values)
         if changed is None:
-            raise RuntimeError(f"job {job.id} was changed by somebody else: is another server at work on this database?")
+            raise RuntimeError(f"job {job.id} was changed by somebody else: does another server use this database?")
         log.info("job", job=job.id, **{key: value for key, value in data.items() if value is not None})
         self.hub.notify(job.id)
         return changed
@@ -305,23 +304,3 @@ def _tile_data(tile: Tile, version: int, samples: int, index: int | None = None)
         "version": version,
         "samples": samples,
     }
-
-
-def _lock_folder(settings: Settings) -> BinaryIO:
-    """Take the data folder for this server; closing the file, as the end of the process does, gives it back."""
-    settings.data.mkdir(parents=True, exist_ok=True)
-    lock = open(settings.data / "lock", "a+b")
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        lock.seek(0)
-        owner = lock.read(20).decode("ascii", "replace").strip() or "unknown"
-        lock.close()
-        raise InUse(
-            f"another server (process {owner}) works in the data folder {settings.data}; "
-            "stop it, or choose another folder with --data"
-        ) from None
-    lock.truncate(0)
-    lock.write(str(os.getpid()).encode())
-    lock.flush()
-    return lock

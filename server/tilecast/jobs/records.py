@@ -76,7 +76,7 @@ class TileRow:
 
 @dataclass(frozen=True)
 class Occurrence:
-    """One entry of a job's history. `type` is "state", "error" or "tile"; a tile's data are `index`, `version`, `samples`."""
+    """One entry of a job's history: "state", "error", or "tile" with the data `index`, `version`, `samples`."""
 
     event: int
     type: str

@@ -13,28 +13,23 @@ from dataclasses import asdict, fields
 from sqlalchemy import (
     Connection,
     RowMapping,
-    create_engine,
     delete,
-    event,
     func,
     insert,
-    make_url,
     select,
-    text,
     union_all,
     update,
 )
-from sqlalchemy.exc import ArgumentError, IntegrityError, SQLAlchemyError
+from sqlalchemy.exc import IntegrityError, SQLAlchemyError
 
-from tilecast.jobs.faults import CannotStart, InUse, KeyReused, TooMany
+from tilecast.jobs import database
+from tilecast.jobs.faults import KeyReused, TooMany
 from tilecast.jobs.records import Job, NewJob, Occurrence, TileRow
 from tilecast.jobs.state import ACTIVE, State, Status
 from tilecast.jobs.tables import events, jobs, metadata, tiles
 
 _STATE_EVENTS_KEPT = 32
 _RETRY_SECONDS = 15
-_OWNING_TRIES, _OWNING_PAUSE = 20, 0.1  # seconds
-_POSTGRES_LOCK = 0x7469_6C65_6361_7374  # "tilecast"
 
 
 _JOB_FIELDS = [field.name for field in fields(Job)]
@@ -46,20 +41,15 @@ class Store:
     def __init__(self, url: str):
         """Open the database, create its tables where they are missing, and own it. Raises `CannotStart`."""
         self._writing = threading.Lock()
+        self._engine = database.open_engine(url)
         self._owning: Connection | None = None
         try:
-            self._engine = create_engine(url, pool_pre_ping=True)
-        except (SQLAlchemyError, ImportError) as error:
-            raise _cannot_open(url, error) from None
-        if self._engine.dialect.name == "sqlite":
-            event.listen(self._engine, "connect", _set_up_sqlite)
-        try:
-            self._own()
+            self._owning = database.own(self._engine)
             metadata.create_all(self._engine)
         except BaseException as error:
             self.close()
             if isinstance(error, SQLAlchemyError):
-                raise _cannot_open(url, error) from None
+                raise database.cannot_open(url, error) from None
             raise
 
     def close(self) -> None:
@@ -85,8 +75,8 @@ class Store:
             with self._write() as connection:
                 if known := _by_key(connection, new.owner, new.idempotency_key, new.request):
                     return known, False
-                unfinished = select(func.count()).select_from(jobs).where(jobs.c.owner == new.owner, jobs.c.state.in_(ACTIVE))
-                if connection.scalar(unfinished) >= unfinished_limit:
+                mine = (jobs.c.owner == new.owner, jobs.c.state.in_(ACTIVE))
+                if connection.scalar(select(func.count()).select_from(jobs).where(*mine)) >= unfinished_limit:
                     message = f"you have {unfinished_limit} jobs that have not ended; wait for one, or cancel one"
                     raise TooMany(message, _RETRY_SECONDS)
                 values = {field.name: getattr(new, field.name) for field in fields(NewJob)}
@@ -276,34 +266,6 @@ class Store:
     def _write(self) -> Iterator[Connection]:
         with self._writing, self._engine.begin() as connection:
             yield connection
-
-    def _own(self) -> None:
-        # SQLite is guarded by the lock file of the data folder (`manager`).
-        if self._engine.dialect.name != "postgresql":
-            return
-        self._owning = self._engine.connect().execution_options(isolation_level="AUTOCOMMIT")
-        # A server that was killed this moment may not be gone yet as PostgreSQL sees it.
-        for _ in range(_OWNING_TRIES):
-            if self._owning.scalar(text("SELECT pg_try_advisory_lock(:key)"), {"key": _POSTGRES_LOCK}):
-                return
-            time.sleep(_OWNING_PAUSE)
-        raise InUse("another Tilecast server uses this database; stop it, or give this one a database of its own")
-
-
-def _cannot_open(url: str, error: Exception) -> CannotStart:
-    try:
-        shown = make_url(url).render_as_string(hide_password=True)
-    except ArgumentError:
-        shown = "at this URL"
-    reason = str(getattr(error, "orig", None) or error).splitlines()[0]
-    return CannotStart(f"cannot open the database {shown}: {reason}")
-
-
-def _set_up_sqlite(connection, _record) -> None:
-    cursor = connection.cursor()
-    for pragma in ("journal_mode = WAL", "synchronous = FULL", "foreign_keys = ON", "busy_timeout = 10000"):
-        cursor.execute(f"PRAGMA {pragma}")
-    cursor.close()
 
 
 def _to_job(row: RowMapping) -> Job:

@@ -1,22 +1,20 @@
 """One job in the dispatcher: hands its chunks out, takes their results, and knows what to do when a worker dies.
 
 Three threads meet here. The dispatcher's calls `next`, `submit`, `done`, `failed` and `finished`. The journal's calls
-`save` and `finalize`. The API's read pixels, and `close` the work when the job is paused or cancelled. The film is loaded
-when the first chunk is asked for, so that a long queue costs no memory.
+`save` and `finalize`. The API's read pixels, and `settle` and `close` the work when the job is paused or cancelled. The
+film is loaded when the first chunk is asked for, so that a long queue costs no memory.
 
 When a worker dies, everything that it had is lost, and one of it is to blame. Each lost chunk is handed out again alone
 (`exclusive`): the one that kills a worker then is guilty beyond doubt, and the others are cleared.
 """
 
 import io
-import math
 import threading
 from collections import deque
 from concurrent.futures import BrokenExecutor, Executor, Future
-from dataclasses import dataclass
 from functools import lru_cache
 from time import perf_counter
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import structlog
@@ -26,6 +24,7 @@ from tilecast.jobs.blobs import Blobs, pixels_key, thumbnail_key, tile_key
 from tilecast.jobs.engine import KilledWorker
 from tilecast.jobs.records import Job, TileRow
 from tilecast.jobs.store import Store
+from tilecast.jobs.task import Listener, Task, finite
 from tilecast.render.output import thumbnail
 from tilecast.render.plan import Chunk, Plan, Tile, make_plan
 from tilecast.render.rendering import ChunkResult, Rendering
@@ -36,27 +35,6 @@ log = structlog.get_logger()
 _SAVED_AT_ONCE = 64  # tiles
 _TASK_SECONDS = 0.15  # that a task is meant to take: many chunks are far shorter than the way to a worker and back
 _MOST_CHUNKS = 256  # of a task
-
-
-class Listener(Protocol):
-    """Whom a work tells what happens. The calls return at once; what they cause happens later, in the same order."""
-
-    def happened(self, work: "JobWork", event: state.Event) -> None:
-        """The job's state has to change."""
-
-    def news(self, work: "JobWork") -> None:
-        """There is something to `save`, and where `complete` says so, to `finalize`."""
-
-    def counted(self, result: ChunkResult | None) -> None:
-        """A chunk came back; None: it was lost with its worker."""
-
-
-@dataclass(frozen=True, eq=False)
-class Task:
-    """What goes to a worker: chunks, or (none) the compilation of the scene. `exclusive`: with nothing beside it."""
-
-    chunks: tuple[Chunk, ...] = ()
-    exclusive: bool = False
 
 
 def job_plan(job: Job) -> Plan:
@@ -176,7 +154,7 @@ class JobWork:
             self._happened(state.Failed(path, message))
 
     def _happened(self, event: state.Event) -> None:
-        # The journal will come to the same status. It is needed here at once: a job that is through gets no more chunks.
+        # The journal will come to the same status. It is needed here at once: who is through gets no more chunks.
         if not self._status.state.final:
             self._status, _ = state.transition(self._status, event)
             self._listener.happened(self, event)
@@ -330,14 +308,3 @@ class JobWork:
 
 def _sample_count(chunk: Chunk) -> int:
     return chunk.tile.width * chunk.tile.height * chunk.count
-
-
-def finite(value: Any) -> Any:
-    """`value` as JSON can say it: None for what is infinite or not a number."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {key: finite(inner) for key, inner in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [finite(inner) for inner in value]
-    return value

@@ -23,7 +23,7 @@ Value = TypeVar("Value")
 
 
 class Rejected(Exception):
-    """The scene cannot be rendered, and trying again would not help. `errors`: (JSON path, message), the first one first."""
+    """The scene cannot be rendered, and trying again would not help. `errors`: (JSON path, message)."""
 
     def __init__(self, errors: list[tuple[str, str]]):
         super().__init__(errors)  # the arguments are what pickling carries

@@ -4,7 +4,7 @@ import json
 import subprocess
 import sys
 
-from conftest import scene
+from servers import scene
 from test_assets import tetrahedron
 
 
