@@ -13,8 +13,6 @@ struct Affine {
 
   Vec3 point(const Vec3& p) const { return linear * p + offset; }
   Vec3 vector(const Vec3& v) const { return linear * v; }
-  // The transpose applied: of the inverse map, it takes normals along.
-  Vec3 covector(const Vec3& n) const { return n * linear; }
   Ray ray(const Ray& r) const { return {point(r.origin), vector(r.direction), r.t_min, r.t_max}; }
 
   Box box(const Box& b) const {

@@ -22,7 +22,6 @@ inline constexpr double kUnitRoundoff = 0x1p-53;  // of double, "u" in the error
 
 inline double max_abs(const Vec3& v) { return std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}); }
 inline double max_component(const Vec3& v) { return std::max({v.x, v.y, v.z}); }
-inline double luminance(const Rgb& c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }  // Rec. 709
 inline bool is_finite(const Vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 }  // namespace tilecast

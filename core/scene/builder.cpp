@@ -44,7 +44,6 @@ uint32_t SceneBuilder::add_solid(const Solid& solid) {
         throw Error("max[" + std::to_string(i) + "]: must be greater than min, got " + text(b->lo[i]) + " and " + text(b->hi[i]));
   }
   scene_.solids.push_back(solid);
-  facts_.reserve(scene_.objects.size() + 1);
   uint32_t handle = add(Kind::Solid, scene_.solids.size() - 1, face_count(solid), bounds(solid));
   facts_[handle].checked_open = true;
   return handle;
