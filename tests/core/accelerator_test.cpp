@@ -1,12 +1,12 @@
 // Brute force is the oracle: t, primitive, u and v are the same, bit for bit.
 #include <gtest/gtest.h>
 
-#include "scenes.h"
+#include "stress/scenes.h"
 
 namespace tilecast {
 namespace {
 
-using namespace testing;
+using namespace stress;
 
 // Meshes and solids in instances of instances, some on top of each other.
 std::shared_ptr<const Scene> crowd(const char* accelerator, uint64_t seed) {

@@ -5,12 +5,12 @@
 
 #include "scene/csg.h"
 #include "scene/surface.h"
-#include "scenes.h"
+#include "stress/scenes.h"
 
 namespace tilecast {
 namespace {
 
-using namespace testing;
+using namespace stress;
 using Inside = std::function<bool(const Vec3&)>;
 
 struct Shape {

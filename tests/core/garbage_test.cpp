@@ -2,12 +2,12 @@
 #include <gtest/gtest.h>
 
 #include "scene/surface.h"
-#include "scenes.h"
+#include "stress/scenes.h"
 
 namespace tilecast {
 namespace {
 
-using namespace testing;
+using namespace stress;
 
 const double kOddities[] = {0.0,   -0.0,   1.0,  -1.0,   0.25,   1e-320, -1e-320, 1e-160, 1e160,
                             1e308, -1e308, 1e18, 1e-18, kInfinity, -kInfinity, std::nan("")};

@@ -4,13 +4,13 @@
 
 #include "base/counters.h"
 #include "render/chunk.h"
-#include "scenes.h"
+#include "stress/scenes.h"
 #include "shading/bsdf.h"
 
 namespace tilecast {
 namespace {
 
-using namespace testing;
+using namespace stress;
 
 Rgb mean(const Scene& scene, uint32_t samples) {
   ChunkSums chunk = render_chunk(scene, {0, 0, scene.camera.width(), scene.camera.height()}, 0, samples);

@@ -3,12 +3,12 @@
 #include <gtest/gtest.h>
 
 #include "accel/accelerated_mesh.h"
-#include "meshes.h"
+#include "stress/meshes.h"
 
 namespace tilecast {
 namespace {
 
-using testing::MeshSource;
+using stress::MeshSource;
 
 // 3 meshes x 6 parameters x 112,000 rays: 1e6 from inside and as many from afar.
 #ifdef __SANITIZE_ADDRESS__
@@ -25,14 +25,14 @@ struct Tally {
 Tally aim(const MeshSource& source, const Vec3& inside, double inside_radius, double scale, double offset_radii, int rays,
           uint64_t seed) {
   std::mt19937_64 random(seed);
-  Vec3 offset = offset_radii * scale * testing::random_direction(random);
+  Vec3 offset = offset_radii * scale * stress::random_direction(random);
   AcceleratedMesh mesh(source.transformed(scale, offset).build(), "bvh");
   Tally tally;
   std::uniform_real_distribution<double> unit(0, 1);
   for (int i = 0; i < rays; ++i) {
-    Vec3 target = testing::vertex_or_edge_point(mesh.mesh(), random);
-    Vec3 start = offset + scale * (inside + inside_radius * unit(random) * testing::random_direction(random));
-    if (i % 2) start = offset + scale * 100.0 * testing::random_direction(random);
+    Vec3 target = stress::vertex_or_edge_point(mesh.mesh(), random);
+    Vec3 start = offset + scale * (inside + inside_radius * unit(random) * stress::random_direction(random));
+    if (i % 2) start = offset + scale * 100.0 * stress::random_direction(random);
     Ray ray{start, target - start};
     if (i % 4 < 2) ray.direction = glm::normalize(ray.direction);
     int count = 0, sum = 0;
@@ -58,9 +58,9 @@ TEST_P(Watertight, NoRayLeavesAClosedMeshAndCrossingsAreEven) {
     MeshSource mesh;
     Vec3 inside;
     double radius;
-  } cases[] = {{testing::icosphere(3), Vec3(0.0), 0.9},
-               {testing::gridded_cube(6), Vec3(0.0), 0.9},
-               {testing::torus(1.0, 0.4, 30, 20), Vec3(1.0, 0.0, 0.0), 0.3}};
+  } cases[] = {{stress::icosphere(3), Vec3(0.0), 0.9},
+               {stress::gridded_cube(6), Vec3(0.0), 0.9},
+               {stress::torus(1.0, 0.4, 30, 20), Vec3(1.0, 0.0, 0.0), 0.3}};
   uint64_t seed = 1;
   for (const Case& c : cases) {
     Tally tally = aim(c.mesh, c.inside, c.radius, scale, offset, kRays, seed++);
@@ -75,7 +75,7 @@ INSTANTIATE_TEST_SUITE_P(Scales, Watertight,
 
 TEST(Watertight, CollinearFacesDoNotOpenAMesh) {
   // Every edge of the cube's first side gets a face of zero area: T-junctions with a collinear filler.
-  MeshSource source = testing::gridded_cube(4);
+  MeshSource source = stress::gridded_cube(4);
   std::vector<glm::uvec3> faces;
   for (size_t i = 0; i < source.faces.size(); ++i) {
     glm::uvec3 f = source.faces[i];
@@ -95,7 +95,7 @@ TEST(Watertight, CollinearFacesDoNotOpenAMesh) {
 }
 
 TEST(Watertight, AxisAlignedRaysOnTheEdgesOfAGrid) {
-  AcceleratedMesh mesh(testing::gridded_cube(8).build(), "bvh");
+  AcceleratedMesh mesh(stress::gridded_cube(8).build(), "bvh");
   for (int axis = 0; axis < 3; ++axis)
     for (int sign = -1; sign <= 1; sign += 2)
       for (double zero : {0.0, -0.0})
@@ -117,7 +117,7 @@ TEST(Watertight, AxisAlignedRaysOnTheEdgesOfAGrid) {
 }
 
 TEST(OpenEdge, IsNamed) {
-  MeshSource source = testing::icosphere(1);
+  MeshSource source = stress::icosphere(1);
   EXPECT_FALSE(find_open_edge(source.build()).has_value());
   source.faces.pop_back();
   auto edge = find_open_edge(source.build());

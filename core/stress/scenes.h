@@ -1,13 +1,13 @@
-// Short ways to put scenes together in tests.
+// Short ways to put scenes together.
 #pragma once
 
 #include <random>
 
-#include "meshes.h"
+#include "stress/meshes.h"
 #include "scene/builder.h"
 #include "scene/trace.h"
 
-namespace tilecast::testing {
+namespace tilecast::stress {
 
 inline Affine translate(const Vec3& t) { return {glm::dmat3(1.0), t}; }
 inline Affine scale(const Vec3& s) {
@@ -43,4 +43,4 @@ inline Ray random_ray(std::mt19937_64& random, double radius) {
   return {origin, Vec3{unit(random), unit(random), unit(random)} - origin};
 }
 
-}  // namespace tilecast::testing
+}  // namespace tilecast::stress

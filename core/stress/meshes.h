@@ -7,7 +7,7 @@
 
 #include "geometry/mesh.h"
 
-namespace tilecast::testing {
+namespace tilecast::stress {
 
 struct MeshSource {
   std::vector<Vec3> vertices;
@@ -105,4 +105,4 @@ inline Vec3 vertex_or_edge_point(const Mesh& mesh, std::mt19937_64& random) {
   return a + w * (b - a);
 }
 
-}  // namespace tilecast::testing
+}  // namespace tilecast::stress
