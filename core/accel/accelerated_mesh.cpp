@@ -1,11 +1,10 @@
 #include "accel/accelerated_mesh.h"
 
-namespace tilecast {
-namespace {
-constexpr float kTriangleCost = 1.0f;
-}
+#include "accel/clip_triangle.h"
 
-AcceleratedMesh::AcceleratedMesh(Mesh mesh, std::string_view accelerator) : mesh_(std::move(mesh)) {
+namespace tilecast {
+
+AcceleratedMesh::AcceleratedMesh(Mesh mesh, const AcceleratorChoice& choice) : mesh_(std::move(mesh)) {
   std::vector<FrameBox> boxes;
   boxes.reserve(mesh_.faces.size());
   for (uint32_t i = 0; i < mesh_.faces.size(); ++i) {
@@ -17,8 +16,11 @@ AcceleratedMesh::AcceleratedMesh(Mesh mesh, std::string_view accelerator) : mesh
     }
     boxes.push_back(box);
   }
-  accelerator_ = Accelerator::build(accelerator, boxes, kTriangleCost);
-  triangles_.reserve(boxes.size());
+  PrimitiveSet primitives;
+  primitives.boxes = boxes;
+  primitives.clip = [this](uint32_t face, FrameBox& part) { return clip_triangle(mesh_.triangle(face), part); };
+  accelerator_ = Accelerator::build(choice, primitives);
+  triangles_.reserve(accelerator_.order().size());
   for (uint32_t face : accelerator_.order()) triangles_.push_back(mesh_.triangle(face));
 }
 

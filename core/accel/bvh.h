@@ -1,66 +1,77 @@
 // A bounding volume hierarchy over float boxes in a frame, two children a node.
 //
-// Built by binned surface area heuristic (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", 2007);
-// split by index where boxes cannot be told apart. The depth is bounded by the builder, so the stack is fixed.
+// The builders differ in what they group (accel/bvh_build.cpp, accel/spatial_splits.cpp) and may be followed by an
+// optimisation (accel/reinsertion.cpp). All bound the depth, so the traversal's stack is fixed.
 #pragma once
 
-#include <span>
+#include <string_view>
 #include <vector>
 
-#include "base/frame.h"
+#include "accel/traversal.h"
 
 namespace tilecast {
 
-// A box in frame coordinates, padded by kBoxPadding and rounded outwards.
-struct FrameBox {
-  float lo[3], hi[3];
-
-  static FrameBox around(const Frame& frame, const Box& box);
+// How a node's primitives are parted in two.
+enum class Grouping : uint8_t {
+  Sah,       // surface area heuristic over 16 bins an axis (Wald 2007)
+  SahSweep,  // surface area heuristic over every place between two centroids (MacDonald and Booth 1990)
+  Median,    // as many on each side (Kay and Kajiya 1986)
+  Middle,    // at the middle of the centroids' longest extent
+  Morton,    // along a space-filling curve (Lauterbach et al. 2009)
 };
 
 class Bvh {
  public:
   struct Node {  // 32 bytes; children stand side by side
     float lo[3];
-    uint32_t first;  // of the children, or of the leaf's primitives
+    uint32_t first;  // of the children, or of the leaf's references
     float hi[3];
-    uint32_t count;  // of the leaf's primitives; 0: an inner node
+    uint32_t count;  // of the leaf's references; 0: an inner node
   };
   static constexpr int kMaxDepth = 72;
 
-  // `order` receives the primitives in the order of the leaves. test_cost: of a primitive, in steps to a child.
-  static Bvh build(std::span<const FrameBox> boxes, float test_cost, std::vector<uint32_t>& order);
+  // `order` receives the primitives in the order of the leaves.
+  static Bvh build(const PrimitiveSet& primitives, Grouping grouping, std::vector<uint32_t>& order);
+  // With objects in more than one box; `order` has at most `most_references` entries.
+  static Bvh build_with_spatial_splits(const PrimitiveSet& primitives, size_t most_references,
+                                       std::vector<uint32_t>& order);
+  // Takes nodes out and puts them where they cost least, as long as that pays.
+  void optimise_by_reinsertion();
 
   const std::vector<Node>& nodes() const { return nodes_; }
+  // Steps and tests (at test_cost) that a line through the root is expected to cost.
+  double expected_cost(float test_cost) const;
 
   // Calls leaf(first, count) for every leaf whose box meets the ray in [s_min, s_max], near ones first; the leaf may
   // lower s_max, and ends the traversal by returning true. Only strictly farther boxes are culled.
-  template <class Leaf>
-  bool traverse(const FrameRay& ray, float s_min, const float& s_max, Leaf&& leaf) const {
+  template <class Cost, class Leaf>
+  bool traverse(const FrameRay& ray, float s_min, const float& s_max, Cost& cost, Leaf&& leaf) const {
     struct Entry {
       uint32_t node;
       float s;
     };
     Entry stack[kMaxDepth];
     int top = 0;
-    float s = enter(nodes_[0], ray, s_min, s_max);
-    if (s == kMiss) return false;
+    cost.step();
+    if (enter(nodes_[0].lo, nodes_[0].hi, ray, s_min, s_max) == kMissed) return false;
     uint32_t current = 0;
     for (;;) {
       const Node& node = nodes_[current];
       if (node.count > 0) {
         if (leaf(node.first, node.count)) return true;
       } else {
-        float left = enter(nodes_[node.first], ray, s_min, s_max);
-        float right = enter(nodes_[node.first + 1], ray, s_min, s_max);
-        if (left != kMiss && right != kMiss) {
+        const Node *l = &nodes_[node.first], *r = l + 1;
+        cost.step(2);
+        float left = enter(l->lo, l->hi, ray, s_min, s_max);
+        float right = enter(r->lo, r->hi, ray, s_min, s_max);
+        if (left != kMissed && right != kMissed) {
           bool left_first = left <= right;
           stack[top++] = left_first ? Entry{node.first + 1, right} : Entry{node.first, left};
           current = node.first + (left_first ? 0 : 1);
           continue;
         }
-        if (left != kMiss || right != kMiss) {
-          current = node.first + (left != kMiss ? 0 : 1);
+        if (left != kMissed || right != kMissed) {
+          current = node.first + (left != kMissed ? 0 : 1);
           continue;
         }
       }
@@ -72,20 +83,39 @@ class Bvh {
     }
   }
 
- private:
-  static constexpr float kMiss = std::numeric_limits<float>::infinity();
-
-  // The parameter at which the ray enters the box. The reciprocals are finite and so are all products.
-  static float enter(const Node& node, const FrameRay& ray, float s_min, float s_max) {
-    float near = s_min, far = s_max;
-    for (int i = 0; i < 3; ++i) {
-      float a = (node.lo[i] - ray.origin[i]) * ray.reciprocal[i];
-      float b = (node.hi[i] - ray.origin[i]) * ray.reciprocal[i];
-      near = std::max(near, std::min(a, b));
-      far = std::min(far, std::max(a, b));
+  // The same, strictly in the order of the boxes' entries; leaf(first, count, s) learns at which s the ray enters.
+  // `open` keeps what is still to be entered, as a heap.
+  struct Pending {
+    float s;
+    uint32_t node;
+    bool operator<(const Pending& other) const { return s > other.s; }  // the nearest on top of std::push_heap's heap
+  };
+  template <class Leaf>
+  void traverse_in_order(const FrameRay& ray, float s_min, float s_max, std::vector<Pending>& open, Leaf&& leaf) const {
+    open.clear();
+    auto add = [&](uint32_t node) {
+      float s = enter(nodes_[node].lo, nodes_[node].hi, ray, s_min, s_max);
+      if (s == kMissed) return;
+      open.push_back({s, node});
+      std::push_heap(open.begin(), open.end());
+    };
+    add(0);
+    while (!open.empty()) {
+      Pending next = open.front();
+      std::pop_heap(open.begin(), open.end());
+      open.pop_back();
+      const Node& node = nodes_[next.node];
+      if (node.count > 0) {
+        if (leaf(node.first, node.count, next.s)) return;
+      } else {
+        add(node.first);
+        add(node.first + 1);
+      }
     }
-    return near <= far ? near : kMiss;
   }
+
+ private:
+  int depth() const;
 
   std::vector<Node> nodes_;
 };

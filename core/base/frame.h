@@ -69,6 +69,8 @@ struct FrameRay {
     float s = static_cast<float>(t * s_scale - t_start);
     return s - std::fabs(s) * 0x1p-22f - slack;
   }
+  // The ray's t at s, no more than it is.
+  double t_below(float s) const { return (t_start + (s - std::fabs(s) * 0x1p-22f - slack)) * t_scale; }
 };
 
 // False where the line passes the frame's content by, or is not finite.

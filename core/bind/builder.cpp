@@ -43,7 +43,7 @@ std::vector<InstanceSource> to_instances(const Array<int32_t>& objects, const Ar
 }
 
 uint32_t add_mesh(SceneBuilder& builder, const Array<double>& vertices, const Array<uint32_t>& faces,
-                  const std::string& accelerator) {
+                  const AcceleratorChoice& accelerator) {
   check_shape(vertices, {-1, 3}, "vertices");
   check_shape(faces, {-1, 3}, "faces");
   std::span<const Vec3> v(reinterpret_cast<const Vec3*>(vertices.data()), vertices.shape(0));
@@ -61,6 +61,17 @@ int add_material(SceneBuilder& builder, const std::string& kind, const Triple& r
 }  // namespace
 
 void bind_builder(py::module_& module) {
+  module.attr("ACCELERATORS") = accelerator_kinds();
+  module.attr("GROUPINGS") = grouping_names();
+  py::class_<AcceleratorChoice>(module, "Accelerator", "Which accelerator, and how a bvh is built.")
+      .def(py::init([](const std::string& kind, const std::string& grouping, bool reinsertion) {
+             AcceleratorChoice choice(kind);
+             choice.grouping = grouping;
+             choice.reinsertion = reinsertion;
+             choice.check();
+             return choice;
+           }), py::arg("kind") = "auto", py::arg("grouping") = "sah", py::arg("reinsertion") = false);
+  py::implicitly_convertible<std::string, AcceleratorChoice>();
   using Instances = const Array<int32_t>&;
   using Matrices = const Array<double>&;
   const Triple zero{0, 0, 0};
@@ -79,17 +90,18 @@ void bind_builder(py::module_& module) {
       .def("cylinder", [](SceneBuilder& b, double radius, double height) { return b.add_solid(Cylinder{radius, height}); },
            py::arg("radius"), py::arg("height"), "About y, centred, closed.")
       .def("rectangle", &SceneBuilder::add_rectangle, py::arg("width"), py::arg("depth"), "Open; in the xz plane, facing +y.")
-      .def("mesh", &add_mesh, py::arg("vertices"), py::arg("faces"), py::arg("accelerator") = "auto",
+      .def("mesh", &add_mesh, py::arg("vertices"), py::arg("faces"), py::arg("accelerator") = AcceleratorChoice(),
            "vertices: float64 [n, 3]; faces: uint32 [m, 3], counter-clockwise from outside.")
       .def("csg", [](SceneBuilder& b, const std::string& operation, Instances objects, Matrices matrices, Instances materials) {
             return b.add_csg(csg_operation(operation), to_instances(objects, matrices, materials));
           }, py::arg("operation"), py::arg("objects"), py::arg("matrices"), py::arg("materials"),
           "union, intersection or difference of closed objects. objects, materials: int32 [n] (-1: inherit); matrices: [n, 4, 4].")
-      .def("group", [](SceneBuilder& b, Instances objects, Matrices matrices, Instances materials, const std::string& accelerator) {
+      .def("group", [](SceneBuilder& b, Instances objects, Matrices matrices, Instances materials,
+                       const AcceleratorChoice& accelerator) {
             std::vector<InstanceSource> instances = to_instances(objects, matrices, materials);
             py::gil_scoped_release release;
             return b.add_group(instances, accelerator);
-          }, py::arg("objects"), py::arg("matrices"), py::arg("materials"), py::arg("accelerator") = "auto",
+          }, py::arg("objects"), py::arg("matrices"), py::arg("materials"), py::arg("accelerator") = AcceleratorChoice(),
           "Instances; arrays as for csg. The innermost given material wins.")
       .def("point_light", [](SceneBuilder& b, const Triple& position, const Triple& intensity) {
             b.add_point_light({to_vec(position), to_vec(intensity)});

@@ -69,8 +69,10 @@ py::dict accelerator_of(const Scene& scene) {
   py::dict out;
   out["kind"] = stats.kind;
   out["nodes"] = stats.nodes;
+  out["references"] = stats.references;
   out["bytes"] = stats.bytes;
   out["seconds"] = stats.seconds;
+  out["cost"] = stats.cost;
   return out;
 }
 
@@ -104,7 +106,7 @@ void bind_scene(py::module_& module) {
                              "Primitives, instances multiplied out.")
       .def_readonly("features", &Scene::features, "What the scene uses, of FEATURES.")
       .def_property_readonly("kernel", &kernel_name)
-      .def_property_readonly("accelerator", &accelerator_of, "kind, nodes, bytes and build seconds, all levels together.")
+      .def_property_readonly("accelerator", &accelerator_of, "kind, nodes, references, bytes and build seconds, all levels together; cost: expected, of the top level.")
       .def("render_chunk", &chunk_of, py::arg("x"), py::arg("y"), py::arg("width"), py::arg("height"), py::arg("first"),
            py::arg("count"), "Samples first .. first + count - 1 of the tile's pixels; (x, y): its top left pixel.")
       .def("closest",

@@ -10,17 +10,23 @@ struct RayCounts {
   uint64_t camera = 0, bounce = 0, shadow = 0;
 };
 
+// What goes along from sample to sample of a chunk; no sample depends on it.
+struct Tracing {
+  RayCounts counts;
+  Occluders occluders;
+};
+
 // Path tracing with next-event estimation, multiple importance sampling (power heuristic) and roulette.
-Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, RayCounts& counts);
+Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, Tracing& tracing);
 
 // Whitted, "An Improved Illumination Model for Shaded Display", CACM 23(6), 1980: direct light, mirror and refracted
 // rays followed recursively, no diffuse interreflection. Shadow rays pass through dielectrics unbent, weakened at
 // their surfaces and inside.
-Rgb trace_whitted(const Scene& scene, const Ray& ray, const Media& media, Sampler& sampler, RayCounts& counts);
+Rgb trace_whitted(const Scene& scene, const Ray& ray, const Media& media, Sampler& sampler, Tracing& tracing);
 
-inline Rgb radiance(const Scene& scene, const Ray& ray, const Media& media, Sampler& sampler, RayCounts& counts) {
-  return scene.integrator == Integrator::Whitted ? trace_whitted(scene, ray, media, sampler, counts)
-                                                 : trace_path(scene, ray, media, sampler, counts);
+inline Rgb radiance(const Scene& scene, const Ray& ray, const Media& media, Sampler& sampler, Tracing& tracing) {
+  return scene.integrator == Integrator::Whitted ? trace_whitted(scene, ray, media, sampler, tracing)
+                                                 : trace_path(scene, ray, media, sampler, tracing);
 }
 
 }  // namespace tilecast

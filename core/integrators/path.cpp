@@ -11,7 +11,7 @@ double power_heuristic(double a, double b) { return a * a / (a * a + b * b); }
 
 // What the lights send to the surface and on to wo, by one light chosen by its power.
 Rgb next_event(const Scene& scene, const Surface& surface, const Basis& basis, const Vec3& wo, const Bsdf& bsdf,
-               const Media& media, Sampler& sampler, RayCounts& counts) {
+               const Media& media, Sampler& sampler, Tracing& tracing) {
   size_t light = scene.lights.count() > 1 ? scene.lights.choose(sampler.next1()) : 0;
   double probability = scene.lights.probability(light);
   DirectLight direct = sample_direct(scene, surface, light, probability, sampler);
@@ -20,20 +20,20 @@ Rgb next_event(const Scene& scene, const Surface& surface, const Basis& basis, c
   Rgb f = bsdf.evaluate(wo, basis.to_local(direct.direction), bsdf_pdf);
   if (!(max_component(f) > 0.0)) return Rgb(0.0);
   TILECAST_COUNT(shadow);
-  ++counts.shadow;
-  if (occluded(scene, direct.shadow)) return Rgb(0.0);
+  ++tracing.counts.shadow;
+  if (occluded(scene, direct.shadow, tracing.occluders.of(light))) return Rgb(0.0);
   double weight = direct.pdf > 0.0 ? power_heuristic(direct.pdf, bsdf_pdf) : 1.0;
   return f * direct.radiance * media.transmittance(glm::length(direct.shadow.direction)) * weight;
 }
 
 }  // namespace
 
-Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, RayCounts& counts) {
+Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, Tracing& tracing) {
   const bool sample_lights = scene.next_event && scene.lights.count() > 0;
   Rgb sum(0.0), throughput(1.0);
   double scale = 1.0;        // of radiance by refraction, which roulette must not mistake for absorption
   double bsdf_pdf = 0.0;     // of the direction that led here; 0: no light could have been sampled instead
-  ++counts.camera;
+  ++tracing.counts.camera;
   for (int depth = 1;; ++depth) {
     Hit hit = closest(scene, ray);
     if (!hit.found()) {
@@ -65,7 +65,7 @@ Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, RayCo
     double eta = dielectric ? media.eta(material, hit.entering) : 1.0;
     Bsdf bsdf(material, reflectance_at(scene, surface), eta);
     if (sample_lights && !bsdf.specular())
-      sum += throughput * next_event(scene, surface, basis, wo, bsdf, media, sampler, counts);
+      sum += throughput * next_event(scene, surface, basis, wo, bsdf, media, sampler, tracing);
 
     BsdfSample scattered;
     if (!bsdf.sample(wo, sampler, scattered)) break;
@@ -87,7 +87,7 @@ Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, RayCo
     }
     Vec3 direction = glm::normalize(basis.to_world(scattered.wi));
     ray = {surface.spawn(direction), direction};
-    ++counts.bounce;
+    ++tracing.counts.bounce;
   }
   return sum;
 }

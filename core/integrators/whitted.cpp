@@ -10,12 +10,12 @@ namespace {
 constexpr double kFaintest = 1e-5;
 
 // What is left of light that passes along the shadow ray: straight through dielectrics, stopped by all else.
-Rgb shadow_transmittance(const Scene& scene, Ray ray, Media media, RayCounts& counts) {
+Rgb shadow_transmittance(const Scene& scene, Ray ray, Media media, Tracing& tracing) {
   TILECAST_COUNT(shadow);
   Rgb left(1.0);
   double length = glm::length(ray.direction);
   for (int i = 0; i < scene.max_depth; ++i) {
-    ++counts.shadow;
+    ++tracing.counts.shadow;
     Hit hit = closest(scene, ray);
     if (!hit.found()) return left * media.transmittance(length);
     Surface surface = resolve(scene, ray, hit);
@@ -43,7 +43,7 @@ Rgb shadow_transmittance(const Scene& scene, Ray ray, Media media, RayCounts& co
 }  // namespace
 
 Rgb trace_whitted(const Scene& scene, const Ray& camera_ray, const Media& camera_media, Sampler& sampler,
-                  RayCounts& counts) {
+                  Tracing& tracing) {
   struct Branch {
     Ray ray;
     Rgb weight;
@@ -53,7 +53,7 @@ Rgb trace_whitted(const Scene& scene, const Ray& camera_ray, const Media& camera
   thread_local std::vector<Branch> pending;
   pending.clear();
   pending.push_back({camera_ray, Rgb(1.0), camera_media, 1});
-  ++counts.camera;
+  ++tracing.counts.camera;
   const bool dielectrics = std::binary_search(scene.features.begin(), scene.features.end(), "dielectric");
   Rgb sum(0.0);
   while (!pending.empty()) {
@@ -78,7 +78,7 @@ Rgb trace_whitted(const Scene& scene, const Ray& camera_ray, const Media& camera
       if (max_component(weight) < kFaintest) return;
       Vec3 direction = glm::normalize(basis.to_world(wi));
       pending.push_back({{surface.spawn(direction), direction}, weight, media, branch.depth + 1});
-      ++counts.bounce;
+      ++tracing.counts.bounce;
     };
     if (material.kind == MaterialKind::Dielectric) {
       double eta = branch.media.eta(material, hit.entering);
@@ -105,10 +105,10 @@ Rgb trace_whitted(const Scene& scene, const Ray& camera_ray, const Media& camera
         if (!(max_component(f) > 0.0)) continue;
         Rgb left(1.0);
         if (dielectrics) {
-          left = shadow_transmittance(scene, direct.shadow, branch.media, counts);
+          left = shadow_transmittance(scene, direct.shadow, branch.media, tracing);
         } else {
-          ++counts.shadow;
-          left = Rgb(occluded(scene, direct.shadow) ? 0.0 : 1.0);
+          ++tracing.counts.shadow;
+          left = Rgb(occluded(scene, direct.shadow, tracing.occluders.of(light)) ? 0.0 : 1.0);
         }
         sum += branch.weight * f * direct.radiance * left;
       }

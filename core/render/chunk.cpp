@@ -13,6 +13,7 @@ ChunkSums render_chunk(const Scene& scene, const Tile& tile, uint32_t first, uin
   ChunkSums out;
   size_t plane = size_t(tile.width) * tile.height * 3;
   out.sums.resize(2 * plane);
+  Tracing tracing;
   const Media media = media_at(scene, camera.position());
   for (int row = 0; row < tile.height; ++row)
     for (int column = 0; column < tile.width; ++column) {
@@ -21,7 +22,7 @@ ChunkSums render_chunk(const Scene& scene, const Tile& tile, uint32_t first, uin
       for (uint32_t sample = first; sample < first + count; ++sample) {
         Sampler sampler(x, y, sample, scene.seed);
         Vec2 jitter = sampler.next2();
-        Rgb value = radiance(scene, camera.ray(x + jitter.x, y + jitter.y), media, sampler, out.rays);
+        Rgb value = radiance(scene, camera.ray(x + jitter.x, y + jitter.y), media, sampler, tracing);
         if (!is_finite(value))
           throw SampleError("a sample is not finite: pixel (" + std::to_string(x) + ", " + std::to_string(y) +
                             "), sample " + std::to_string(sample) + ", seed " + std::to_string(scene.seed));
@@ -31,6 +32,7 @@ ChunkSums render_chunk(const Scene& scene, const Tile& tile, uint32_t first, uin
         for (int c = 0; c < 3; ++c)
           out.sums[half * plane + (size_t(row) * tile.width + column) * 3 + c] = halves[half][c];
     }
+  out.rays = tracing.counts;
   return out;
 }
 

@@ -9,7 +9,7 @@ constexpr uint64_t kMostPrimitives = uint64_t(1) << 62;
 }
 
 Assembly Assembly::build(std::vector<Instance> instances, const std::vector<Object>& objects,
-                         std::string_view accelerator) {
+                         const AcceleratorChoice& choice) {
   Assembly out;
   out.instances = std::move(instances);
   std::vector<Box> boxes;
@@ -32,7 +32,10 @@ Assembly Assembly::build(std::vector<Instance> instances, const std::vector<Obje
   frame_boxes.reserve(boxes.size());
   for (const Box& box : boxes)
     frame_boxes.push_back(FrameBox::around(out.frame, box.empty() ? Box{out.frame.centre, out.frame.centre} : box));
-  out.accelerator = Accelerator::build(accelerator, frame_boxes, kInstanceCost);
+  PrimitiveSet primitives;
+  primitives.boxes = frame_boxes;
+  primitives.test_cost = kInstanceCost;
+  out.accelerator = Accelerator::build(choice, primitives);
   return out;
 }
 

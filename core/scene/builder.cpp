@@ -60,10 +60,10 @@ uint32_t SceneBuilder::add_rectangle(double width, double depth) {
   return handle;
 }
 
-uint32_t SceneBuilder::add_mesh(Mesh mesh, std::string_view accelerator) {
+uint32_t SceneBuilder::add_mesh(Mesh mesh, const AcceleratorChoice& choice) {
   Box box = mesh.bounds;
   uint64_t faces = mesh.faces.size();
-  scene_.meshes.emplace_back(std::move(mesh), accelerator);
+  scene_.meshes.emplace_back(std::move(mesh), choice);
   return add(Kind::Mesh, scene_.meshes.size() - 1, faces, box);
 }
 
@@ -126,8 +126,8 @@ uint32_t SceneBuilder::add_csg(CsgOperation operation, const std::vector<Instanc
   return handle;
 }
 
-uint32_t SceneBuilder::add_group(const std::vector<InstanceSource>& sources, std::string_view accelerator) {
-  Assembly assembly = Assembly::build(place(sources, "of"), scene_.objects, accelerator);
+uint32_t SceneBuilder::add_group(const std::vector<InstanceSource>& sources, const AcceleratorChoice& choice) {
+  Assembly assembly = Assembly::build(place(sources, "of"), scene_.objects, choice);
   Box box = assembly.bounds;
   uint64_t primitives = assembly.primitives(scene_.objects);
   scene_.groups.push_back(std::move(assembly));

@@ -19,10 +19,10 @@ class SceneBuilder {
 
   uint32_t add_solid(const Solid& solid);
   uint32_t add_rectangle(double width, double depth);
-  uint32_t add_mesh(Mesh mesh, std::string_view accelerator);
+  uint32_t add_mesh(Mesh mesh, const AcceleratorChoice& choice);
   // At least two closed operands; a difference takes all the others from the first.
   uint32_t add_csg(CsgOperation operation, const std::vector<InstanceSource>& operands);
-  uint32_t add_group(const std::vector<InstanceSource>& instances, std::string_view accelerator);
+  uint32_t add_group(const std::vector<InstanceSource>& instances, const AcceleratorChoice& choice);
 
   int add_material(const Material& material);
   int add_checker(const Checker& checker);
@@ -56,7 +56,7 @@ class SceneBuilder {
   std::vector<Instance> place(const std::vector<InstanceSource>& sources, const char* list) const;
   void note_instances(uint32_t object, const std::vector<Instance>& instances);
   const std::string& why_open(uint32_t object);
-  Csg flatten(const CsgSource& source) const;
+  Csg flatten(const CsgSource& source, const Box& bounds) const;
   void finish_reachable();
   void collect_lights(uint32_t object, const Affine& to_world, int material, uint64_t base);
 

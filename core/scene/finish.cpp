@@ -10,7 +10,7 @@ constexpr size_t kMostLights = 1'000'000;     // further emitters are met by cha
 }  // namespace
 
 // Depth first with a stack of its own: a chain of 1e5 operations must not overflow the thread's.
-Csg SceneBuilder::flatten(const CsgSource& source) const {
+Csg SceneBuilder::flatten(const CsgSource& source, const Box& bounds) const {
   Csg csg;
   std::vector<Instance> operands;
   csg.nodes.push_back({source.operation, -1, static_cast<uint32_t>(source.operands.size()), true});
@@ -47,7 +47,8 @@ Csg SceneBuilder::flatten(const CsgSource& source) const {
     }
     if (operands.size() + tasks.size() > kMostOperands) throw Error("a CSG has more than 1e7 operands, nested ones multiplied out");
   }
-  csg.assembly = Assembly::build(std::move(operands), scene_.objects, "auto");
+  csg.assembly = Assembly::build(std::move(operands), scene_.objects, "bvh");
+  if (!bounds.empty()) csg.result_box = FrameBox::around(csg.assembly.frame, bounds);
   return csg;
 }
 
@@ -55,10 +56,12 @@ void SceneBuilder::finish_reachable() {
   std::vector<bool> seen(scene_.objects.size());
   std::vector<uint32_t> pending{scene_.root};
   AcceleratorStats& total = scene_.accelerator;
-  total.kind = "none";
-  auto count = [&](const Accelerator& accelerator, uint64_t bytes) {
-    if (accelerator.stats().kind != "none") total.kind = accelerator.stats().kind;
+  std::vector<std::string> kinds;  // chosen for meshes and groups; a CSG always has a bvh over its operands
+  auto count = [&](const Accelerator& accelerator, uint64_t bytes, bool chosen) {
+    const std::string& kind = accelerator.stats().kind;
+    if (chosen && kind != "none" && std::find(kinds.begin(), kinds.end(), kind) == kinds.end()) kinds.push_back(kind);
     total.nodes += accelerator.stats().nodes;
+    total.references += accelerator.stats().references;
     total.bytes += bytes;
     total.seconds += accelerator.stats().seconds;
   };
@@ -69,17 +72,22 @@ void SceneBuilder::finish_reachable() {
     pending.pop_back();
     if (again) continue;
     if (object.kind == Kind::Mesh) {
-      count(scene_.meshes[object.index].accelerator(), scene_.meshes[object.index].bytes());
+      count(scene_.meshes[object.index].accelerator(), scene_.meshes[object.index].bytes(), true);
     } else if (object.kind == Kind::Csg) {
-      Csg& csg = scene_.csgs[object.index] = flatten(csg_sources_[object.index]);
-      count(csg.assembly.accelerator, csg.assembly.accelerator.stats().bytes);
+      Csg& csg = scene_.csgs[object.index] = flatten(csg_sources_[object.index], object.bounds);
+      count(csg.assembly.accelerator, csg.assembly.accelerator.stats().bytes, false);
       for (const Instance& operand : csg.assembly.instances) pending.push_back(operand.object);
     } else if (object.kind == Kind::Group) {
       const Assembly& group = scene_.groups[object.index];
-      count(group.accelerator, group.accelerator.stats().bytes);
+      count(group.accelerator, group.accelerator.stats().bytes, true);
       for (const Instance& instance : group.instances) pending.push_back(instance.object);
     }
   }
+  for (const std::string& kind : kinds) total.kind += (total.kind.empty() ? "" : " + ") + kind;
+  if (kinds.empty()) total.kind = "none";
+  const Object& root = scene_.objects[scene_.root];
+  if (root.kind == Kind::Group) total.cost = scene_.groups[root.index].accelerator.stats().cost;
+  if (root.kind == Kind::Mesh) total.cost = scene_.meshes[root.index].accelerator().stats().cost;
 }
 
 void SceneBuilder::collect_lights(uint32_t handle, const Affine& to_world, int material, uint64_t base) {

@@ -40,7 +40,8 @@ struct Assembly {
   Accelerator accelerator;
   Box bounds;
 
-  static Assembly build(std::vector<Instance> instances, const std::vector<Object>& objects, std::string_view accelerator);
+  static Assembly build(std::vector<Instance> instances, const std::vector<Object>& objects,
+                        const AcceleratorChoice& choice);
   uint64_t primitives(const std::vector<Object>& objects) const;
   // The instance that holds a primitive.
   uint32_t find(uint64_t primitive) const;
@@ -61,9 +62,12 @@ struct Csg {
     bool first;
     bool inside_out;  // a mesh whose faces are wound clockwise
   };
-  Assembly assembly;  // of the operands
+  Assembly assembly;    // of the operands, under a bvh
+  FrameBox result_box;  // in the assembly's frame: where the result can be
   std::vector<Operand> operands;
   std::vector<Node> nodes;
+
+  const Bvh& tree() const { return assembly.accelerator.hierarchy(); }
 };
 
 }  // namespace tilecast

@@ -8,13 +8,13 @@ namespace {
 
 // Visits the instances whose boxes the ray meets before t_max; visit(instance index, ray in its space) may lower t_max
 // and ends the visit by returning true.
-template <class Visit>
-bool visit_instances(const Assembly& assembly, const Ray& ray, const double& t_max, Visit&& visit) {
+template <class Cost, class Visit>
+bool visit_instances(const Assembly& assembly, const Ray& ray, const double& t_max, Cost& cost, Visit&& visit) {
   TILECAST_COUNT(group);
   FrameRay local;
   if (!enter_frame(assembly.frame, ray, local)) return false;
   float s_max = local.s_above(t_max);
-  return assembly.accelerator.traverse(local, local.s_below(ray.t_min), s_max, [&](uint32_t first, uint32_t count) {
+  return assembly.accelerator.traverse(local, local.s_below(ray.t_min), s_max, cost, [&](uint32_t first, uint32_t count) {
     for (uint32_t i = first; i < first + count; ++i) {
       uint32_t index = assembly.accelerator.order()[i];
       if (visit(index, assembly.instances[index].to_local.ray(ray))) return true;
@@ -35,9 +35,8 @@ double crossing_error(const Mesh& mesh, uint32_t face, const Ray& line) {
   return projected > 0.0 ? std::min(0x1p-24 * mesh.frame.scale * length / projected, longest) : longest;
 }
 
-}  // namespace
-
-void closest(const Scene& scene, const Object& object, const Ray& ray, uint64_t base, Hit& best) {
+template <class Cost>
+void closest(const Scene& scene, const Object& object, const Ray& ray, uint64_t base, Hit& best, Cost& cost) {
   auto offer = [&](const Hit& hit) {
     if (hit.before(best)) best = hit;
   };
@@ -61,22 +60,22 @@ void closest(const Scene& scene, const Object& object, const Ray& ray, uint64_t 
     }
     case Kind::Mesh:
       TILECAST_COUNT(mesh);
-      scene.meshes[object.index].intersect(ray, ray.t_min, best.t, [&](uint32_t face, const TriangleHit& hit) {
+      scene.meshes[object.index].intersect(ray, ray.t_min, best.t, cost, [&](uint32_t face, const TriangleHit& hit) {
         offer({hit.t, base + face, hit.u, hit.v, hit.entering});
         return false;
       });
       break;
     case Kind::Csg:
-      for (const Crossing& crossing : crossings(scene, scene.csgs[object.index], ray, base))
-        if (crossing.t > ray.t_min) {
-          offer(crossing);
-          break;
-        }
+      visit_crossings(scene, scene.csgs[object.index], ray, ray.t_min, best.t, base, [&](const Crossing& crossing) {
+        if (!(crossing.t > ray.t_min)) return false;
+        offer(crossing);
+        return true;
+      });
       break;
     case Kind::Group: {
       const Assembly& group = scene.groups[object.index];
-      visit_instances(group, ray, best.t, [&](uint32_t i, const Ray& local) {
-        closest(scene, scene.objects[group.instances[i].object], local, base + group.first_primitive[i], best);
+      visit_instances(group, ray, best.t, cost, [&](uint32_t i, const Ray& local) {
+        closest(scene, scene.objects[group.instances[i].object], local, base + group.first_primitive[i], best, cost);
         return false;
       });
       break;
@@ -84,37 +83,106 @@ void closest(const Scene& scene, const Object& object, const Ray& ray, uint64_t 
   }
 }
 
-bool occluded(const Scene& scene, const Object& object, const Ray& ray) {
+// `occluder` receives the primitive that was found first.
+bool occluded(const Scene& scene, const Object& object, const Ray& ray, uint64_t base, uint64_t& occluder) {
   auto within = [&](double t) { return t > ray.t_min && t <= ray.t_max; };
+  NoCost free;
   switch (object.kind) {
     case Kind::Solid: {
       TILECAST_COUNT(solid);
       SolidCrossing list[kMaxSolidCrossings];
       int count = crossings(scene.solids[object.index], ray, list);
+      occluder = base;
       return std::any_of(list, list + count, [&](const SolidCrossing& c) { return within(c.t); });
     }
     case Kind::Rectangle: {
       double t;
+      occluder = base;
       return intersect(scene.rectangles[object.index], ray, t) && within(t);
     }
     case Kind::Mesh:
       TILECAST_COUNT(mesh);
-      return scene.meshes[object.index].intersect(ray, ray.t_min, ray.t_max,
-                                                  [](uint32_t, const TriangleHit&) { return true; });
+      return scene.meshes[object.index].intersect(ray, ray.t_min, ray.t_max, free, [&](uint32_t face, const TriangleHit&) {
+        occluder = base + face;
+        return true;
+      });
     case Kind::Csg: {
-      const auto& list = crossings(scene, scene.csgs[object.index], ray, 0);
-      return std::any_of(list.begin(), list.end(), [&](const Crossing& c) { return within(c.t); });
+      bool hit = false;
+      occluder = base;
+      visit_crossings(scene, scene.csgs[object.index], ray, ray.t_min, ray.t_max, base, [&](const Crossing& crossing) {
+        hit = within(crossing.t);
+        return hit || crossing.t > ray.t_max;
+      });
+      return hit;
     }
     default: {
       const Assembly& group = scene.groups[object.index];
-      return visit_instances(group, ray, ray.t_max, [&](uint32_t i, const Ray& local) {
-        return occluded(scene, scene.objects[group.instances[i].object], local);
+      return visit_instances(group, ray, ray.t_max, free, [&](uint32_t i, const Ray& local) {
+        return occluded(scene, scene.objects[group.instances[i].object], local, base + group.first_primitive[i], occluder);
       });
     }
   }
 }
 
+// Whether the object that holds one primitive (a triangle: it alone) stops the ray.
+bool occluded_by(const Scene& scene, Ray ray, uint64_t primitive) {
+  const Object* object = &scene.objects[scene.root];
+  if (primitive >= object->primitives) return false;
+  while (object->kind == Kind::Group) {
+    const Assembly& group = scene.groups[object->index];
+    uint32_t i = group.find(primitive);
+    primitive -= group.first_primitive[i];
+    ray = group.instances[i].to_local.ray(ray);
+    object = &scene.objects[group.instances[i].object];
+  }
+  uint64_t ignored;
+  if (object->kind != Kind::Mesh) return occluded(scene, *object, ray, 0, ignored);
+  const Mesh& mesh = scene.meshes[object->index].mesh();
+  FrameRay local;
+  TriangleHit hit;
+  return enter_frame(mesh.frame, ray, local) && intersect(local, mesh.triangle(static_cast<uint32_t>(primitive)), hit) &&
+         hit.t > ray.t_min && hit.t <= ray.t_max;
+}
+
+// Sorts what was appended since `begin`, and takes out what an accelerator offered twice.
+void tidy(std::vector<Crossing>& list, size_t begin, const Accelerator& accelerator) {
+  if (accelerator.visits_once()) return;
+  std::sort(list.begin() + begin, list.end(), [](const Crossing& a, const Crossing& b) {
+    return a.before(b) || (!b.before(a) && a.entering && !b.entering);
+  });
+  auto end = std::unique(list.begin() + begin, list.end(), [](const Crossing& a, const Crossing& b) { return a.same_as(b); });
+  list.erase(end, list.end());
+}
+
+template <class Cost>
+Hit closest(const Scene& scene, const Ray& ray, Cost& cost) {
+  Hit best;
+  best.t = ray.t_max;
+  closest(scene, scene.objects[scene.root], ray, 0, best, cost);
+  return best;
+}
+
+}  // namespace
+
+Hit closest(const Scene& scene, const Ray& ray) {
+  NoCost free;
+  return closest<NoCost>(scene, ray, free);
+}
+
+Hit closest(const Scene& scene, const Ray& ray, TraversalCost& cost) { return closest<TraversalCost>(scene, ray, cost); }
+
+bool occluded(const Scene& scene, const Ray& ray) {
+  uint64_t ignored;
+  return occluded(scene, scene.objects[scene.root], ray, 0, ignored);
+}
+
+bool occluded(const Scene& scene, const Ray& ray, uint64_t& occluder) {
+  if (occluded_by(scene, ray, occluder)) return true;
+  return occluded(scene, scene.objects[scene.root], ray, 0, occluder);
+}
+
 void crossings(const Scene& scene, const Object& object, const Ray& line, uint64_t base, std::vector<Crossing>& out) {
+  NoCost free;
   switch (object.kind) {
     case Kind::Solid: {
       TILECAST_COUNT(solid);
@@ -133,38 +201,34 @@ void crossings(const Scene& scene, const Object& object, const Ray& line, uint64
     case Kind::Mesh: {
       TILECAST_COUNT(mesh);
       const AcceleratedMesh& mesh = scene.meshes[object.index];
-      mesh.intersect(line, -kInfinity, kInfinity, [&](uint32_t face, const TriangleHit& hit) {
+      size_t begin = out.size();
+      mesh.intersect(line, -kInfinity, kInfinity, free, [&](uint32_t face, const TriangleHit& hit) {
         out.push_back({{hit.t, base + face, hit.u, hit.v, hit.entering}, crossing_error(mesh.mesh(), face, line)});
         return false;
       });
+      tidy(out, begin, mesh.accelerator());
       break;
     }
-    case Kind::Csg: {
-      const auto& list = crossings(scene, scene.csgs[object.index], line, base);
-      out.insert(out.end(), list.begin(), list.end());
+    case Kind::Csg:
+      visit_crossings(scene, scene.csgs[object.index], line, -kInfinity, kInfinity, base, [&](const Crossing& crossing) {
+        out.push_back(crossing);
+        return false;
+      });
       break;
-    }
     case Kind::Group: {
       const Assembly& group = scene.groups[object.index];
       Ray whole = line;
       whole.t_min = -kInfinity;
-      visit_instances(group, whole, kInfinity, [&](uint32_t i, const Ray& local) {
+      size_t begin = out.size();
+      visit_instances(group, whole, kInfinity, free, [&](uint32_t i, const Ray& local) {
         crossings(scene, scene.objects[group.instances[i].object], local, base + group.first_primitive[i], out);
         return false;
       });
+      tidy(out, begin, group.accelerator);
       break;
     }
   }
 }
-
-Hit closest(const Scene& scene, const Ray& ray) {
-  Hit best;
-  best.t = ray.t_max;
-  closest(scene, scene.objects[scene.root], ray, 0, best);
-  return best;
-}
-
-bool occluded(const Scene& scene, const Ray& ray) { return occluded(scene, scene.objects[scene.root], ray); }
 
 void crossings(const Scene& scene, const Ray& line, std::vector<Crossing>& out) {
   out.clear();

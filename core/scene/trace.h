@@ -21,20 +21,36 @@ struct Hit {
 struct Crossing : Hit {
   double error = 0.0;    // bound on the error of t
   uint32_t operand = 0;  // of a CSG
+
+  bool same_as(const Crossing& c) const { return t == c.t && primitive == c.primitive && entering == c.entering; }
 };
 
 // The first hit in t_min < t <= t_max.
 Hit closest(const Scene& scene, const Ray& ray);
 
+// The same, and what it cost is added up.
+Hit closest(const Scene& scene, const Ray& ray, TraversalCost& cost);
+
 // Whether anything is hit in t_min < t <= t_max.
 bool occluded(const Scene& scene, const Ray& ray);
+
+// The primitive that last stood before each light: neighbouring shadow rays are often stopped by the same one, which is
+// then tested first (Haines and Greenberg, "The Light Buffer", CG&A 6(9), 1986). The answer does not depend on it.
+class Occluders {
+ public:
+  Occluders() { std::fill_n(last_, kSlots, Hit::kNone); }
+  uint64_t& of(size_t light) { return last_[light % kSlots]; }
+
+ private:
+  static constexpr size_t kSlots = 16;
+  uint64_t last_[kSlots];
+};
+bool occluded(const Scene& scene, const Ray& ray, uint64_t& occluder);
 
 // All crossings of the whole line, both ways, sorted. Primitives without an inside (open surfaces) are crossed too.
 void crossings(const Scene& scene, const Ray& line, std::vector<Crossing>& out);
 
-// The same for one object; primitives are numbered from `base`.
-void closest(const Scene& scene, const Object& object, const Ray& ray, uint64_t base, Hit& best);
-bool occluded(const Scene& scene, const Object& object, const Ray& ray);
+// The crossings of one object, appended; primitives are numbered from `base`.
 void crossings(const Scene& scene, const Object& object, const Ray& line, uint64_t base, std::vector<Crossing>& out);
 
 }  // namespace tilecast

@@ -33,7 +33,7 @@ inline Affine random_affine(std::mt19937_64& random) {
 }
 
 inline std::shared_ptr<const Scene> scene_of(SceneBuilder& builder, const std::vector<InstanceSource>& instances,
-                                             const char* accelerator = "auto", SceneBuilder::Options options = {}) {
+                                             const AcceleratorChoice& accelerator = "auto", SceneBuilder::Options options = {}) {
   return builder.build(builder.add_group(instances, accelerator), options);
 }
 

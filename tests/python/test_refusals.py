@@ -64,7 +64,7 @@ def refused(document) -> SceneError:
     ("lights[0].type=spot", "lights[0].type", "must be one of point, area"),
     ("lights[0]={\"type\": \"area\", \"radiance\": [1, 1, 1]}", "lights[0].object", "is required"),
     ("render.integrator=normals", "render.integrator", 'must be path or whitted, got "normals"'),
-    ("render.accelerator=octree", "render.accelerator", 'must be auto, none or bvh, got "octree"'),
+    ("render.accelerator=kdtree", "render.accelerator", 'must be auto, none, bvh'),
     ("image.filter=gauss", "image.filter", "must be box"),
     ("version=2", "version", "must be 1, got 2"),
     # Numbers that are none, or out of range

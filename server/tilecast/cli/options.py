@@ -13,7 +13,9 @@ Seconds = Annotated[float | None, typer.Option("--seconds", help="Stop after thi
 Error = Annotated[float | None, typer.Option(
     "--error", help="Stop when the relative mean squared error is below this.", show_default=False)]
 Size = Annotated[str | None, typer.Option("--size", metavar="WxH", help="Pixels.", show_default=False)]
-Accelerator = Annotated[str | None, typer.Option("--accelerator", help="auto, none or bvh.", show_default=False)]
+Accelerator = Annotated[str | None, typer.Option(
+    "--accelerator", help="auto, none, bvh, sbvh, grid, grid-two-level, octree, octree-balanced, bsp or bsp-median.",
+    show_default=False)]
 Integrator = Annotated[str | None, typer.Option("--integrator", help="path or whitted.", show_default=False)]
 Threads = Annotated[int | None, typer.Option("--threads", min=1, help="One a core by default.", show_default=False)]
 Seed = Annotated[int | None, typer.Option("--seed", help="Of the random numbers.", show_default=False)]

@@ -130,7 +130,7 @@ class _Compiler:
             grey = self._material(("scene",), _GREY)
             materials = [grey if material == _INHERIT else material for material in materials]
         with _at((), of=[path for path, _ in (*seen, *area)]):
-            root = builder.group(*_arrays(placed, materials), accelerator=scene.render.accelerator)
+            root = builder.group(*_arrays(placed, materials), accelerator=self._accelerator(None))
         for path, light in lights:
             if isinstance(light, schema.PointLight):
                 with _at(path):
@@ -190,9 +190,13 @@ class _Compiler:
                 found.append(self.named[node.object] if isinstance(node.object, str) else next(placed))
         return found
 
+    def _accelerator(self, kind: str | None) -> _core.Accelerator:
+        render = self.scene.render
+        return _core.Accelerator(kind or render.accelerator, render.grouping, render.reinsertion)
+
     def _object(self, path: Path, node: Any) -> int:
         """Hands one object to the core; its handle."""
-        builder, accelerator = self.builder, getattr(node, "accelerator", None) or self.scene.render.accelerator
+        builder, accelerator = self.builder, self._accelerator(getattr(node, "accelerator", None))
         match node:
             case schema.Mesh():
                 vertices, faces = self._mesh(path, node)

@@ -28,7 +28,9 @@ def _placement_kind(value: Any) -> str:
 
 # --- Objects
 
-Accelerator = Literal["auto", "none", "bvh"]
+Accelerator = Literal["auto", "none", "bvh", "sbvh", "grid", "grid-two-level", "octree", "octree-balanced", "bsp",
+                      "bsp-median"]
+Grouping = Literal["sah", "sah-sweep", "median", "middle", "morton"]
 
 
 class _Object(Model):
@@ -215,6 +217,12 @@ class Render(Model):
     max_depth: whole(1, 10000) = 8
     """Path segments from the camera: 1 shows only what shines by itself."""
     accelerator: Accelerator = "auto"
+    """For triangles in meshes and for objects in groups. All give the same image; auto picks by expected cost."""
+    grouping: Grouping = "sah"
+    """What a bvh groups: by surface area heuristic over bins or over every place (sah-sweep), as many on each side
+    (median), at the middle, or along a Morton curve."""
+    reinsertion: bool = False
+    """Improve a bvh after it is built, by taking nodes out and putting them where they cost least."""
     seed: whole(0, 2**32 - 1) = 0
     stop: Stop = Stop()
     next_event: bool = True

@@ -1,0 +1,27 @@
+// No acceleration: every primitive, in order. The oracle that the others are tested against.
+//
+// Objects, which are dear to test, are looked at only where the ray meets their box; triangles always.
+#pragma once
+
+#include <vector>
+
+#include "accel/traversal.h"
+
+namespace tilecast {
+
+struct BruteForce {
+  uint32_t count = 0;
+  std::vector<FrameBox> boxes;  // of every primitive, or none
+
+  template <class Cost, class Leaf>
+  bool traverse(const FrameRay& ray, float s_min, const float& s_max, Cost& cost, Leaf&& leaf) const {
+    if (boxes.empty()) return count > 0 && leaf(0u, count);
+    for (uint32_t i = 0; i < count; ++i) {
+      cost.step();
+      if (enter(boxes[i].lo, boxes[i].hi, ray, s_min, s_max) != kMissed && leaf(i, 1u)) return true;
+    }
+    return false;
+  }
+};
+
+}  // namespace tilecast

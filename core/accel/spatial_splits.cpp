@@ -1,0 +1,206 @@
+// A hierarchy with objects in more than one box.
+//
+// Stich, Friedrich and Dietrich, "Spatial Splits in Bounding Volume Hierarchies", HPG 2009: where the boxes of the best
+// object split overlap, planes are tried as well; what a plane cuts is referenced on both sides by the box of its part,
+// unless keeping it whole on one side is cheaper. Every node may add references in proportion to those it has, so that
+// memory is bounded whatever the scene.
+#include "accel/bins.h"
+#include "accel/bvh.h"
+
+namespace tilecast {
+namespace {
+
+constexpr uint32_t kLeafSize = 4;
+constexpr int kGroupingDepth = 38;
+constexpr float kOverlap = 1e-5f;  // of the root's surface: less is not worth a plane
+constexpr int kPlaneBins = 16;
+
+struct Reference {
+  FrameBox box;  // padded, of the part
+  uint32_t primitive;
+};
+using References = std::vector<Reference>;
+
+const FrameBox& box_of(const Reference& reference) { return reference.box; }
+
+struct PlaneSplit {
+  int axis = -1;
+  float plane = 0.0f, cost = FrameBox::kFar;
+};
+
+class Builder {
+ public:
+  explicit Builder(const PrimitiveSet& primitives) : primitives_(primitives) {}
+
+  // The part of a reference between lo and hi on an axis; false where there is none.
+  bool part_of(const Reference& whole, int axis, float lo, float hi, Reference& part) const {
+    part = whole;
+    for (int i = 0; i < 3; ++i) part.box.lo[i] += kBoxPadding, part.box.hi[i] -= kBoxPadding;
+    part.box.lo[axis] = std::max(part.box.lo[axis], lo);
+    part.box.hi[axis] = std::min(part.box.hi[axis], hi);
+    if (part.box.empty() || !primitives_.clip_to(whole.primitive, part.box)) return false;
+    part.box = part.box.padded(kBoxPadding);
+    return true;
+  }
+
+  PlaneSplit best_plane(const References& items, const FrameBox& bounds) const {
+    PlaneSplit best;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float width = bounds.extent(axis) / kPlaneBins;
+      if (!(width > 4 * kBoxPadding)) continue;
+      auto plane = [&](int b) { return bounds.lo[axis] + b * width; };
+      auto bin = [&](float x) { return std::clamp(static_cast<int>((x - bounds.lo[axis]) / width), 0, kPlaneBins - 1); };
+      FrameBox boxes[kPlaneBins];
+      uint32_t begins[kPlaneBins] = {}, ends[kPlaneBins] = {};
+      for (const Reference& item : items) {
+        int first = bin(item.box.lo[axis] + kBoxPadding), last = bin(item.box.hi[axis] - kBoxPadding);
+        ++begins[first], ++ends[last];
+        if (first == last) {
+          boxes[first].extend(item.box);
+          continue;
+        }
+        for (int b = first; b <= last; ++b) {
+          Reference part;
+          if (part_of(item, axis, plane(b), plane(b + 1), part)) boxes[b].extend(part.box);
+        }
+      }
+      FrameBox right[kPlaneBins];
+      right[kPlaneBins - 1] = boxes[kPlaneBins - 1];
+      for (int b = kPlaneBins - 2; b > 0; --b) right[b] = right[b + 1], right[b].extend(boxes[b]);
+      FrameBox left;
+      size_t left_count = 0, right_count = items.size();
+      for (int b = 1; b < kPlaneBins; ++b) {
+        left.extend(boxes[b - 1]);
+        left_count += begins[b - 1], right_count -= ends[b - 1];
+        if (left_count == 0 || right_count == 0) continue;
+        float cost = 1.0f + primitives_.test_cost *
+                                (left.half_area() * left_count + right[b].half_area() * right_count) / bounds.half_area();
+        if (cost < best.cost) best = {axis, plane(b), cost};
+      }
+    }
+    return best;
+  }
+
+  // False where a side would stay empty, or more than `allowed` references would be added.
+  bool part_at_plane(const References& items, const PlaneSplit& split, size_t allowed, References& left,
+                     References& right) const {
+    FrameBox left_box, right_box;
+    std::vector<std::pair<Reference, Reference>> cut;
+    References cut_whole;
+    for (const Reference& item : items) {
+      Reference a, b;
+      bool in_left = part_of(item, split.axis, -FrameBox::kFar, split.plane, a);
+      bool in_right = part_of(item, split.axis, split.plane, FrameBox::kFar, b);
+      if (in_left && in_right) {
+        cut.push_back({a, b});
+        cut_whole.push_back(item);
+      } else {
+        bool to_left = in_left || (!in_right && item.box.centre(split.axis) < split.plane);
+        (to_left ? left : right).push_back(item);
+        (to_left ? left_box : right_box).extend(item.box);
+      }
+    }
+    size_t left_count = left.size() + cut.size(), right_count = right.size() + cut.size(), added = 0;
+    for (const auto& [a, b] : cut) left_box.extend(a.box), right_box.extend(b.box);
+    for (size_t i = 0; i < cut.size(); ++i) {
+      FrameBox left_whole = left_box, right_whole = right_box;
+      left_whole.extend(cut_whole[i].box), right_whole.extend(cut_whole[i].box);
+      float both = left_box.half_area() * left_count + right_box.half_area() * right_count;
+      float only_left = left_whole.half_area() * left_count + right_box.half_area() * (right_count - 1);
+      float only_right = left_box.half_area() * (left_count - 1) + right_whole.half_area() * right_count;
+      if (added < allowed && both < std::min(only_left, only_right)) {
+        left.push_back(cut[i].first);
+        right.push_back(cut[i].second);
+        ++added;
+      } else if (only_left <= only_right) {
+        left.push_back(cut_whole[i]);
+        left_box = left_whole, --right_count;
+      } else {
+        right.push_back(cut_whole[i]);
+        right_box = right_whole, --left_count;
+      }
+    }
+    return !left.empty() && !right.empty();
+  }
+
+  void part_by_bins(const References& items, const Bins& bins, const ObjectSplit& split, References& left,
+                    References& right) const {
+    for (size_t i = 0; i < items.size(); ++i) {
+      bool to_left = split.axis < 0 ? i < items.size() / 2 : bins.bin(items[i].box, split.axis) < split.bin;
+      (to_left ? left : right).push_back(items[i]);
+    }
+  }
+
+ private:
+  const PrimitiveSet& primitives_;
+};
+
+}  // namespace
+
+Bvh Bvh::build_with_spatial_splits(const PrimitiveSet& primitives, size_t most_references,
+                                   std::vector<uint32_t>& order) {
+  Bvh bvh;
+  Builder builder(primitives);
+  const float root_area = primitives.bounds().half_area(), test_cost = primitives.test_cost;
+  struct Task {
+    uint32_t node;
+    int depth;
+    size_t allowed;  // references that may be added below
+    References items;
+  };
+  std::vector<Task> tasks;
+  {
+    References all(primitives.size());
+    for (uint32_t i = 0; i < all.size(); ++i) all[i] = {primitives.boxes[i], i};
+    tasks.push_back({0, 0, most_references - primitives.size(), std::move(all)});
+  }
+  order.clear();
+  order.reserve(most_references);
+  bvh.nodes_.emplace_back();
+  while (!tasks.empty()) {
+    Task task = std::move(tasks.back());
+    tasks.pop_back();
+    FrameBox bounds;
+    for (const Reference& item : task.items) bounds.extend(item.box);
+    const size_t count = task.items.size();
+    References left, right;
+    if (count > 1 && (task.depth < kGroupingDepth || count > kLeafSize)) {
+      Bins bins(task.items, box_of);
+      ObjectSplit objects;
+      PlaneSplit plane;
+      if (task.depth < kGroupingDepth) {
+        objects = bins.best_split(task.items, box_of, bounds.half_area(), test_cost);
+        if (task.allowed > 0 && (objects.axis < 0 || objects.overlap > kOverlap * root_area))
+          plane = builder.best_plane(task.items, bounds);
+      }
+      if (count > kLeafSize || std::min(objects.cost, plane.cost) < test_cost * count) {
+        bool cut = plane.cost < objects.cost && builder.part_at_plane(task.items, plane, task.allowed, left, right);
+        if (!cut) {
+          left.clear(), right.clear();
+          builder.part_by_bins(task.items, bins, objects, left, right);
+        }
+      }
+    }
+    Node& node = bvh.nodes_[task.node];
+    for (int i = 0; i < 3; ++i) node.lo[i] = bounds.lo[i], node.hi[i] = bounds.hi[i];
+    if (left.empty() || right.empty()) {
+      node.first = static_cast<uint32_t>(order.size());
+      node.count = static_cast<uint32_t>(count);
+      for (const Reference& item : task.items) order.push_back(item.primitive);
+      continue;
+    }
+    uint32_t children = static_cast<uint32_t>(bvh.nodes_.size());
+    node.first = children;
+    node.count = 0;
+    size_t allowed = task.allowed - (left.size() + right.size() - count);
+    size_t to_left = static_cast<size_t>(static_cast<double>(allowed) * left.size() / (left.size() + right.size()));
+    bvh.nodes_.resize(children + 2);
+    tasks.push_back({children + 1, task.depth + 1, allowed - to_left, std::move(right)});
+    tasks.push_back({children, task.depth + 1, to_left, std::move(left)});
+  }
+  bvh.nodes_.shrink_to_fit();
+  order.shrink_to_fit();
+  return bvh;
+}
+
+}  // namespace tilecast
