@@ -35,7 +35,7 @@ def test_the_example_compiles():
         facts["features"]["used"])
     assert set(facts["features"]["used"]) | set(facts["features"]["left_out"]) == set(_core.FEATURES)
     assert not set(facts["features"]["used"]) & set(facts["features"]["left_out"])
-    assert set(facts["accelerator"]) == {"kind", "nodes", "bytes", "seconds"}
+    assert set(facts["accelerator"]) == {"kind", "nodes", "references", "bytes", "seconds", "cost"}
 
 
 def test_an_empty_scene_is_a_background():
