@@ -13,6 +13,12 @@ MaterialKind material_kind(const std::string& name) {
   throw Error("type: no material is called " + name);
 }
 
+Integrator integrator_of(const std::string& name) {
+  auto found = std::find(std::begin(kIntegratorNames), std::end(kIntegratorNames), name);
+  if (found == std::end(kIntegratorNames)) throw Error("integrator: none is called " + name);
+  return static_cast<Integrator>(found - std::begin(kIntegratorNames));
+}
+
 CsgOperation csg_operation(const std::string& name) {
   if (name == "union") return CsgOperation::Union;
   if (name == "intersection") return CsgOperation::Intersection;
@@ -113,8 +119,7 @@ void bind_builder(py::module_& module) {
           }, py::arg("position"), py::arg("target"), py::arg("up"), py::arg("fov"), py::arg("width"), py::arg("height"),
           "fov: degrees, across the image's height.")
       .def("build", [](SceneBuilder& b, uint32_t root, const std::string& integrator, int max_depth, uint32_t seed, bool next_event) {
-            if (integrator != "path" && integrator != "whitted") throw Error("integrator: must be path or whitted, got " + integrator);
-            SceneBuilder::Options options{integrator == "path" ? Integrator::Path : Integrator::Whitted, max_depth, seed, next_event};
+            SceneBuilder::Options options{integrator_of(integrator), max_depth, seed, next_event};
             py::gil_scoped_release release;
             return std::const_pointer_cast<Scene>(b.build(root, options));
           }, py::arg("root"), py::kw_only(), py::arg("integrator") = "path", py::arg("max_depth") = 8, py::arg("seed") = 0,

@@ -64,6 +64,12 @@ struct Runs {
   py::array offsets, t, object, primitive, entering;
 };
 
+py::object bounds_of(const Scene& scene) {
+  const Box& box = scene.objects[scene.root].bounds;
+  if (box.empty()) return py::none();
+  return to_array(std::vector<double>{box.lo.x, box.lo.y, box.lo.z, box.hi.x, box.hi.y, box.hi.z}, {2, 3});
+}
+
 py::dict accelerator_of(const Scene& scene) {
   const AcceleratorStats& stats = scene.accelerator;
   py::dict out;
@@ -104,6 +110,9 @@ void bind_scene(py::module_& module) {
       .def_property_readonly("height", [](const Scene& s) { return s.camera.height(); })
       .def_property_readonly("primitives", [](const Scene& s) { return s.objects[s.root].primitives; },
                              "Primitives, instances multiplied out.")
+      .def_property_readonly("bounds", &bounds_of,
+                             "[2, 3] float64: the least and greatest corner, world space; a box around all objects, not the "
+                             "smallest. None where there is nothing.")
       .def_readonly("features", &Scene::features, "What the scene uses, of FEATURES.")
       .def_property_readonly("kernel", &kernel_name)
       .def_property_readonly("accelerator", &accelerator_of, "kind, nodes, references, bytes and build seconds, all levels together; cost: expected, of the top level.")

@@ -24,9 +24,15 @@ Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, Traci
 // their surfaces and inside.
 Rgb trace_whitted(const Scene& scene, const Ray& ray, const Media& media, Sampler& sampler, Tracing& tracing);
 
+// What the ray meets, as a colour, without light, materials or shadows; see views.cpp.
+Rgb trace_view(const Scene& scene, const Ray& ray, RayCounts& counts);
+
 inline Rgb radiance(const Scene& scene, const Ray& ray, const Media& media, Sampler& sampler, Tracing& tracing) {
-  return scene.integrator == Integrator::Whitted ? trace_whitted(scene, ray, media, sampler, tracing)
-                                                 : trace_path(scene, ray, media, sampler, tracing);
+  switch (scene.integrator) {
+    case Integrator::Path: return trace_path(scene, ray, media, sampler, tracing);
+    case Integrator::Whitted: return trace_whitted(scene, ray, media, sampler, tracing);
+    default: return trace_view(scene, ray, tracing.counts);
+  }
 }
 
 }  // namespace tilecast

@@ -194,7 +194,10 @@ std::shared_ptr<const Scene> SceneBuilder::build(uint32_t root, const Options& o
   scene_.seed = options.seed;
   scene_.next_event = options.next_event;
   finish_reachable();
-  collect_lights(root, Affine{}, kInherit, 0);
+  if (is_view(options.integrator))
+    scene_.lights = {};
+  else
+    collect_lights(root, Affine{}, kInherit, 0);
   scene_.lights.finish();
   scene_.features = find_features(scene_);
   auto out = std::make_shared<const Scene>(std::move(scene_));

@@ -46,6 +46,7 @@ std::vector<std::string> find_features(const Scene& scene) {
       case Kind::Group: visit(scene.groups[object.index]); break;
     }
   }
+  if (is_view(scene.integrator)) return {used.begin(), used.end()};  // geometry is all that it looks at
   bool any_material = false;
   for (size_t i = 0; i < scene.materials.size(); ++i) any_material |= seen_material[i];
   if (placed && !any_material) seen_material[0] = true;
@@ -68,7 +69,7 @@ std::vector<std::string> find_features(const Scene& scene) {
 }
 
 std::string kernel_name(const Scene& scene) {
-  return std::string(scene.integrator == Integrator::Path ? "path" : "whitted") + ", " + scene.accelerator.kind + ", scalar";
+  return std::string(name_of(scene.integrator)) + ", " + scene.accelerator.kind + ", scalar";
 }
 
 }  // namespace tilecast

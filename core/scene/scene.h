@@ -11,7 +11,13 @@
 
 namespace tilecast {
 
-enum class Integrator : uint8_t { Path, Whitted };
+// Path and Whitted trace light; the others are views, which show what a camera ray meets.
+enum class Integrator : uint8_t { Path, Whitted, Normals, Depth, Primitives, Instances, Facing };
+inline constexpr const char* kIntegratorNames[]{"path",       "whitted",   "normals", "depth",
+                                                "primitives", "instances", "facing"};
+
+inline const char* name_of(Integrator integrator) { return kIntegratorNames[static_cast<int>(integrator)]; }
+inline bool is_view(Integrator integrator) { return integrator > Integrator::Whitted; }
 
 struct Scene {
   std::vector<Object> objects;

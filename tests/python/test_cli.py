@@ -10,31 +10,17 @@ import sys
 import time
 
 import pytest
+from commands import TILECAST, one_line, run
 from documents import diffuse, minimal, quick
 
 from tilecast import _core
 from tilecast.scene import schema_json
-
-TILECAST = [sys.executable, "-m", "tilecast"]
-
-
-def run(*arguments, cwd=None, **keys):
-    return subprocess.run([*TILECAST, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, timeout=120, **keys)
-
 
 @pytest.fixture
 def scene(tmp_path):
     path = tmp_path / "ball.json"
     path.write_text(json.dumps(diffuse(8, 24, 16)))
     return path
-
-
-def one_line(result, status, *parts):
-    """A failure is one line on stderr, and its status."""
-    assert result.returncode == status, result.stderr
-    assert result.stderr.endswith("\n") and result.stderr.count("\n") == 1, result.stderr
-    for part in ("tilecast: ", *map(str, parts)):
-        assert part in result.stderr
 
 
 def test_renders_a_png_and_an_exr(scene, tmp_path):

@@ -114,7 +114,7 @@ def _render(scene: Path, image: Path, settings: list[str], threads: int | None, 
     with progress(scene.name, quiet) as report:
         result = render(compiled, threads=threads, on_event=report)
     start = time.perf_counter()
-    data = files.encode(image.suffix, result.pixels, {"Software": "tilecast"})
+    data = files.encode(image.suffix, result.pixels, {"Software": "tilecast"}, result.stats)
     files.write_file(image, data)
     stats = result.stats
     stats["seconds"]["load"] += loaded

@@ -47,7 +47,7 @@ def render(
         with progress(scene.name, quiet) as report:
             image = render_image(compiled, threads=threads, on_event=report)
         start = time.perf_counter()
-        files.write_file(output, files.encode(output.suffix, image.pixels, {"Software": "tilecast"}))
+        files.write_file(output, files.encode(output.suffix, image.pixels, {"Software": "tilecast"}, image.stats))
         image.stats["seconds"]["write"] = time.perf_counter() - start
         if stats:
             files.write_file(stats, (json.dumps(image.stats, indent=2) + "\n").encode())

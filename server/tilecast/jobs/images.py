@@ -14,6 +14,7 @@ from tilecast.jobs.state import State
 from tilecast.jobs.store import Store
 from tilecast.jobs.work import JobWork, job_plan
 from tilecast.render import film, output, plan
+from tilecast.render.display import shown
 
 log = structlog.get_logger()
 
@@ -47,6 +48,7 @@ class Images:
         else:
             version = self._store.tile_version(job.id, tile.index)
             pixels = self._stored_tile(job, tile, version)
+        pixels = shown(pixels, self._facts(job))
         return output.to_png(pixels) if format == "png" else output.to_f16(pixels), version
 
     def _live_tile(self, job: Job, tile: plan.Tile) -> tuple[np.ndarray, int] | None:
@@ -74,10 +76,15 @@ class Images:
                     return self._blobs.get(thumbnail_key(job.id))
                 except FileNotFoundError:
                     log.warning("thumbnail_missing", job=job.id)
-            return output.thumbnail(self._pixels(job))
+            return output.thumbnail(shown(self._pixels(job), self._facts(job)))
         if kind == "exr":
             return output.to_exr(self._pixels(job), metadata(job))
-        return output.to_png(self._pixels(job))
+        return output.to_png(shown(self._pixels(job), self._facts(job)))
+
+    def _facts(self, job: Job) -> dict | None:
+        """Of the scene; `job` may have been read before they were stored."""
+        work = self._live(job.id)
+        return work.facts if work and work.facts else job.facts
 
     def _pixels(self, job: Job) -> np.ndarray:
         if job.state is State.DONE:

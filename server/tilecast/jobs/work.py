@@ -25,6 +25,7 @@ from tilecast.jobs.engine import KilledWorker
 from tilecast.jobs.records import Job, TileRow
 from tilecast.jobs.store import Store
 from tilecast.jobs.task import Listener, Task, finite
+from tilecast.render.display import shown
 from tilecast.render.output import thumbnail
 from tilecast.render.plan import Chunk, Plan, Tile, make_plan
 from tilecast.render.rendering import ChunkResult, Rendering
@@ -259,7 +260,7 @@ class JobWork:
         out = io.BytesIO()
         np.save(out, pixels.astype("<f4", copy=False))
         self._blobs.put(pixels_key(self.key), out.getvalue())
-        self._blobs.put(thumbnail_key(self.key), thumbnail(pixels))
+        self._blobs.put(thumbnail_key(self.key), thumbnail(shown(pixels, self._facts)))
         with self._lock:
             return None if self._closed else self._columns(with_statistics=True, write=perf_counter() - start)
 
@@ -285,6 +286,11 @@ class JobWork:
         with self._saving, self._lock:
             self._settled = self._closed = True
             self._rendering = None
+
+    @property
+    def facts(self) -> dict[str, Any] | None:
+        """Of the scene; None before it is compiled."""
+        return self._facts
 
     def statistics(self) -> dict[str, Any] | None:
         """As they stand; None before anything was loaded."""

@@ -6,10 +6,12 @@ import os
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from .. import _core
+from .display import shown
 
 FORMATS = ("png", "exr")
 
@@ -52,11 +54,13 @@ def thumbnail(pixels: np.ndarray, size: int = 160) -> bytes:
     return to_png(pixels)
 
 
-def encode(suffix: str, pixels: np.ndarray, metadata: Mapping[str, str] | None = None) -> bytes:
-    """The image in the format of a file name's suffix (".png", ".exr"). ValueError for any other."""
+def encode(suffix: str, pixels: np.ndarray, metadata: Mapping[str, str] | None = None,
+           facts: Mapping[str, Any] | None = None) -> bytes:
+    """The image in the format of a file name's suffix (".png", ".exr"). ValueError for any other. `facts`: see
+    `display.shown`, by which a PNG shows what an EXR holds."""
     match suffix.lower():
         case ".png":
-            return to_png(pixels, metadata)
+            return to_png(shown(pixels, facts), metadata)
         case ".exr":
             return to_exr(pixels, metadata)
     raise ValueError(f"an image file ends in .png or .exr, got {suffix or 'no suffix'!r}")

@@ -17,6 +17,7 @@ from .errors import SceneError
 from .mesh_files import OpenFile, read_file
 from .parsing import collector_paused
 from .paths import parse as parse_path, text
+from .views import shown_as
 
 Path = checks.Path
 
@@ -54,11 +55,13 @@ class Compiled:
     def facts(self) -> dict[str, Any]:
         """What the statistics of a job say about its scene, as plain JSON values."""
         used = list(self.scene.features)
+        shown = shown_as(self.scene, self.document)
         return {"seconds": dict(self.seconds),
                 "accelerator": dict(self.scene.accelerator),
                 "features": {"used": used, "left_out": [name for name in _core.FEATURES if name not in used]},
                 "kernel": self.scene.kernel,
-                "primitives": self.scene.primitives}
+                "primitives": self.scene.primitives,
+                **({"shown": shown} if shown else {})}
 
 
 def compile(scene: schema.Scene, open_file: OpenFile, max_triangles: int | None = None) -> Compiled:

@@ -15,7 +15,7 @@ from pydantic import BeforeValidator, Field, field_validator, model_validator
 from pydantic.json_schema import GenerateJsonSchema
 from typing_extensions import TypeAliasType
 
-from .fields import Integer, Model, Name, Positive, Radiance, Vector, choice, fault, name_or_inline, whole
+from .fields import Coordinate, Integer, Model, Name, Positive, Radiance, Vector, choice, fault, name_or_inline, whole
 from .geometry import check_faces, check_file
 from .materials import Checker, Conductor, Dielectric, Diffuse, Material, MaterialChoice, Mirror
 from .steps import AxisAngle, MatrixStep, Rotate, Scale, Step, Transform, Translate
@@ -211,7 +211,14 @@ class Stop(Model):
 
 
 class Render(Model):
-    integrator: Literal["path", "whitted"] = "path"
+    integrator: Literal["path", "whitted", "normals", "depth", "primitives", "instances", "facing"] = "path"
+    """Light: path (all of it) or whitted (direct light, mirrors and glass). Or a view of what a camera ray meets,
+    black where that is nothing: normals (0.5 + 0.5 n; outward, world space), depth (metres along the ray),
+    primitives and instances (a colour for each), facing (front sides blue, back sides red). Samples of a view are
+    averaged like any others; with one sample nothing is blended. An EXR holds the numbers; a PNG holds those of
+    normals too, and shows depth by a ramp of colours, see view_range."""
+    view_range: Annotated[list[Coordinate], Field(min_length=2, max_length=2)] | None = None
+    """Which depths a PNG shows from bright to black; if not given, those of the box around the scene."""
     samples: whole(1, 2**24) = 64
     """For each pixel."""
     max_depth: whole(1, 10000) = 8
@@ -228,6 +235,13 @@ class Render(Model):
     next_event: bool = True
     """Sample lights directly. Without it the path integrator finds them by chance: the same image, with more
     noise."""
+
+    @field_validator("view_range")
+    @classmethod
+    def _rises(cls, view_range):
+        if view_range is not None and not view_range[0] < view_range[1]:
+            raise fault(f"must be greater than the first, {view_range[0]:g}, got {view_range[1]:g}", 1)
+        return view_range
 
 
 def _no_boolean(value: Any) -> Any:

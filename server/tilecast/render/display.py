@@ -1,0 +1,47 @@
+"""Views as a screen shows them. Only what is looked at goes this way (PNG, thumbnails, the page); an EXR keeps the
+numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+# Inferno (S. van der Walt and N. Smith, CC0), every eighth of it, sRGB: even steps look even, in grey too.
+_INFERNO = ("000004", "210c4a", "57106e", "8a226a", "bc3754", "e45a31", "f98e09", "f9cb35", "fcffa4")
+
+
+def shown(pixels: np.ndarray, facts: Mapping[str, Any] | None) -> np.ndarray:
+    """Pixels, float32 [h, w, 3], as linear RGB for a screen. `facts` are those of the scene (`Compiled.facts`) or the
+    statistics of its image, which hold them too.
+
+    Normals: so that a PNG holds 0.5 + 0.5 n itself, as normal maps do. Cost goes from black to bright, depth from
+    bright (near) to black (far); where nothing is hit, at 0 metres, it is black.
+    """
+    shown = facts and facts.get("shown")
+    if not shown:
+        return pixels
+    if shown["view"] == "normals":
+        return _linear(pixels)
+    first, last = shown["range"]
+    value = pixels[..., 0].astype(np.float64)
+    place = np.clip((value - first) / (last - first), 0, 1) if last > first else np.zeros(value.shape)
+    if shown["view"] == "depth":
+        place = np.where(value > 0, 1 - place, 0)
+    return _RAMP[np.rint(place * (len(_RAMP) - 1)).astype(np.intp)]
+
+
+def _linear(encoded: np.ndarray) -> np.ndarray:
+    """sRGB in 0 to 1 as linear RGB, float32 (IEC 61966-2-1)."""
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4).astype(np.float32)
+
+
+def _ramp(steps: int = 1025) -> np.ndarray:
+    """float32 [steps, 3], linear RGB."""
+    anchors = np.array([[int(text[at:at + 2], 16) for at in (0, 2, 4)] for text in _INFERNO]) / 255
+    at = np.linspace(0, len(anchors) - 1, steps)
+    return _linear(np.stack([np.interp(at, range(len(anchors)), channel) for channel in anchors.T], axis=1))
+
+
+_RAMP = _ramp()
