@@ -13,7 +13,7 @@ namespace py = pybind11;
 
 using Triple = std::array<double, 3>;
 template <class T>
-using Array = py::array_t<T, py::array::c_style | py::array::forcecast>;
+using Array = py::array_t<T, py::array::c_style | py::array::forcecast | py::detail::npy_api::NPY_ARRAY_ALIGNED_>;
 
 inline tilecast::Vec3 to_vec(const Triple& t) { return {t[0], t[1], t[2]}; }
 
@@ -39,6 +39,12 @@ py::array_t<T> to_array(std::vector<T>&& values, std::vector<py::ssize_t> shape)
   return py::array_t<T>(std::move(shape), owner->data(), free);
 }
 
+namespace tilecast {
+struct Scene;
+}
+using SceneClass = py::class_<tilecast::Scene, std::shared_ptr<tilecast::Scene>>;
+
 void bind_scene(py::module_& module);
+void bind_queries(py::module_& module, SceneClass& scene);
 void bind_builder(py::module_& module);
 void bind_image(py::module_& module);

@@ -1,6 +1,7 @@
 // Ray queries over arrays, for people who want hits and no image.
 #pragma once
 
+#include <functional>
 #include <span>
 
 #include "scene/surface.h"
@@ -30,8 +31,11 @@ struct CrossingArrays {
   std::vector<uint8_t> entering;
 };
 
-HitArrays closest(const Scene& scene, const RaySpan& rays);
-std::vector<uint8_t> occluded(const Scene& scene, const RaySpan& rays);
-CrossingArrays crossings(const Scene& scene, const RaySpan& rays);  // t_min and t_max are not looked at
+// Called every few hundred rays, so that the caller can end a long list by throwing.
+using Pause = std::function<void()>;
+
+HitArrays closest(const Scene& scene, const RaySpan& rays, const Pause& pause);
+std::vector<uint8_t> occluded(const Scene& scene, const RaySpan& rays, const Pause& pause);
+CrossingArrays crossings(const Scene& scene, const RaySpan& rays, const Pause& pause);  // whole lines, both ways
 
 }  // namespace tilecast

@@ -21,7 +21,8 @@ PATIENCE = 600  # seconds for a command, should it have to compile first
 
 # Every block, by what it begins with. A block that is not here has no test yet.
 DEMO, TEST, SERVE, POST = "./dev demo\n", "./dev test\n", "./dev serve\n", "job=$(curl"
-RENDER, PYTHON, ONE_TEST = ".venv/bin/tilecast render", "import tilecast\n", "./dev test tests/python/"
+RENDER, PYTHON, RAYS = ".venv/bin/tilecast render", "import tilecast\n", "import numpy as np\n"
+ONE_TEST = "./dev test tests/python/"
 
 
 def block(start: str) -> str:
@@ -79,7 +80,7 @@ def built():
 
 
 def test_every_block_has_a_test():
-    known = (DEMO, TEST, SERVE, POST, RENDER, PYTHON, ONE_TEST)
+    known = (DEMO, TEST, SERVE, POST, RENDER, PYTHON, RAYS, ONE_TEST)
     assert all(block(start) for start in known) and len(BLOCKS) == len(known)
 
 
@@ -123,10 +124,19 @@ def test_render_and_validate(built):
     assert (ROOT / "out" / "cornell-stats.json").stat().st_size > 0
 
 
-def test_python(built):
-    result = subprocess.run([sys.executable, "-c", block(PYTHON)], cwd=ROOT, capture_output=True, text=True, timeout=PATIENCE)
+def python(code: str) -> str:
+    result = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=PATIENCE)
     assert result.returncode == 0, result.stderr
-    assert re.fullmatch(r"\(256, 256, 3\) [\d.e-]+\n", result.stdout)
+    return result.stdout
+
+
+def test_python(built):
+    assert re.fullmatch(r"\(256, 256, 3\) [\d.e-]+\n", python(block(PYTHON)))
+
+
+def test_rays(built):
+    inside = float(python(block(RAYS)).removeprefix("inside: "))
+    assert abs(inside - 1 / 6) < 5 * (5 / 36 / 100_000) ** 0.5  # five standard deviations
 
 
 def test_paths_are_there():

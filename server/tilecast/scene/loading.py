@@ -56,19 +56,35 @@ def _read_file(path: Path) -> bytes:
 
 
 def mesh(vertices: np.ndarray, faces: np.ndarray, accelerator: str = "auto") -> _core.Scene:
-    """A scene of one mesh, for ray queries alone: vertices [n, 3] and faces [m, 3] as arrays or lists.
-    SceneError where they are no mesh."""
+    """A scene of one mesh, for ray queries alone; see its `closest`, `occluded` and `crossings`.
+
+    vertices: [n, 3] numbers, metres; faces: [m, 3] indices of vertices from 0, counter-clockwise from outside; arrays
+    or lists. SceneError where they are no mesh.
+    """
+    points, indices = _numbers("vertices", vertices, "fiu", "numbers"), _numbers("faces", faces, "iu", "whole numbers")
+    if indices.size and not (indices.min() >= 0 and indices.max() < len(points)):
+        raise SceneError("faces", f"must be indices of the {len(points)} vertices (from 0), got "
+                                  f"{indices.min()} to {indices.max()}")
     try:
-        # Copies nothing that has the right type already. Negative indices would turn into large ones.
-        indices = np.asarray(faces)
-        if indices.size and indices.min() < 0:
-            raise SceneError("faces", "must not be negative")
         builder = _core.SceneBuilder()
-        handle = builder.mesh(np.ascontiguousarray(vertices, np.float64),
-                              np.ascontiguousarray(indices, np.uint32), accelerator=accelerator)
+        handle = builder.mesh(points.astype(np.float64, copy=False), indices.astype(np.uint32, copy=False),
+                              accelerator=accelerator)
         grey = builder.material("diffuse")
         root = builder.group(np.array([handle], np.int32), np.eye(4)[None], np.array([grey], np.int32))
         builder.perspective((0, 0, 1), (0, 0, 0), (0, 1, 0), 40, 1, 1)
         return builder.build(root)
     except _core.Error as error:
         raise SceneError("", str(error)) from None
+
+
+def _numbers(name: str, values: Any, kinds: str, wanted: str) -> np.ndarray:
+    """An array [n, 3] of one of the kinds (numpy's letters)."""
+    try:
+        array = np.asarray(values)
+    except ValueError:  # rows of several lengths
+        raise SceneError(name, "must have shape [n, 3], got rows of several lengths") from None
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise SceneError(name, f"must have shape [n, 3], got {list(array.shape)}")
+    if array.dtype.kind not in kinds:
+        raise SceneError(name, f"must be {wanted}, got {array.dtype}")
+    return array
