@@ -21,6 +21,12 @@ Chunk chunk_of(const Scene& scene, int x, int y, int width, int height, uint32_t
           py::make_tuple(chunk.rays.camera, chunk.rays.bounce, chunk.rays.shadow)};
 }
 
+std::pair<uint64_t, uint64_t> camera_cost_of(const Scene& scene, int x, int y, int width, int height) {
+  py::gil_scoped_release release;
+  TraversalCost cost = camera_cost(scene, {x, y, width, height});
+  return {cost.steps, cost.tests};
+}
+
 py::object bounds_of(const Scene& scene) {
   const Box& box = scene.objects[scene.root].bounds;
   if (box.empty()) return py::none();
@@ -60,6 +66,8 @@ void bind_scene(py::module_& module) {
       .def_property_readonly("kernel", &kernel_name)
       .def_property_readonly("accelerator", &accelerator_of, "kind, nodes, references, bytes and build seconds, all levels together; cost: expected, of the top level.")
       .def("render_chunk", &chunk_of, py::arg("x"), py::arg("y"), py::arg("width"), py::arg("height"), py::arg("first"),
-           py::arg("count"), "Samples first .. first + count - 1 of the tile's pixels; (x, y): its top left pixel.");
+           py::arg("count"), "Samples first .. first + count - 1 of the tile's pixels; (x, y): its top left pixel.")
+      .def("camera_cost", &camera_cost_of, py::arg("x"), py::arg("y"), py::arg("width"), py::arg("height"),
+           "(steps through the accelerator, primitives tested) for one ray through the centre of each of the tile's pixels.");
   bind_queries(module, scene);
 }

@@ -5,8 +5,9 @@
 //   primitives  a colour for each triangle and each face of a solid, instances apart
 //   instances   a colour for each placed object; a CSG of closed objects is one
 //   facing      front sides blue, back sides red, fainter the more they are seen from the side
+//   cost        steps through the accelerator and primitives tested, in all three channels
 //
-// Where nothing is hit, all are black.
+// Where nothing is hit, all but the cost are black.
 #include "integrators/integrator.h"
 
 namespace tilecast {
@@ -39,6 +40,11 @@ Rgb colour_of(uint64_t number) {
 
 Rgb trace_view(const Scene& scene, const Ray& ray, RayCounts& counts) {
   ++counts.camera;
+  if (scene.integrator == Integrator::Cost) {
+    TraversalCost cost;
+    closest(scene, ray, cost);
+    return Rgb(static_cast<double>(cost.steps + cost.tests));
+  }
   Hit hit = closest(scene, ray);
   if (!hit.found()) return Rgb(0.0);
   switch (scene.integrator) {

@@ -3,12 +3,19 @@
 #include "base/error.h"
 
 namespace tilecast {
+namespace {
 
-ChunkSums render_chunk(const Scene& scene, const Tile& tile, uint32_t first, uint32_t count) {
-  const Camera& camera = scene.camera;
+void check(const Tile& tile, const Camera& camera) {
   if (tile.x < 0 || tile.y < 0 || tile.width < 1 || tile.height < 1 || tile.width > camera.width() - tile.x ||
       tile.height > camera.height() - tile.y)
     throw Error("the tile lies outside of the image");
+}
+
+}  // namespace
+
+ChunkSums render_chunk(const Scene& scene, const Tile& tile, uint32_t first, uint32_t count) {
+  const Camera& camera = scene.camera;
+  check(tile, camera);
   if (count > UINT32_MAX - first) throw Error("sample indices go up to 2^32 - 1");
   ChunkSums out;
   size_t plane = size_t(tile.width) * tile.height * 3;
@@ -34,6 +41,14 @@ ChunkSums render_chunk(const Scene& scene, const Tile& tile, uint32_t first, uin
     }
   out.rays = tracing.counts;
   return out;
+}
+
+TraversalCost camera_cost(const Scene& scene, const Tile& tile) {
+  check(tile, scene.camera);
+  TraversalCost cost;
+  for (int y = tile.y; y < tile.y + tile.height; ++y)
+    for (int x = tile.x; x < tile.x + tile.width; ++x) closest(scene, scene.camera.ray(x + 0.5, y + 0.5), cost);
+  return cost;
 }
 
 }  // namespace tilecast

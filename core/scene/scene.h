@@ -12,9 +12,9 @@
 namespace tilecast {
 
 // Path and Whitted trace light; the others are views, which show what a camera ray meets.
-enum class Integrator : uint8_t { Path, Whitted, Normals, Depth, Primitives, Instances, Facing };
+enum class Integrator : uint8_t { Path, Whitted, Normals, Depth, Primitives, Instances, Facing, Cost };
 inline constexpr const char* kIntegratorNames[]{"path",       "whitted",   "normals", "depth",
-                                                "primitives", "instances", "facing"};
+                                                "primitives", "instances", "facing",  "cost"};
 
 inline const char* name_of(Integrator integrator) { return kIntegratorNames[static_cast<int>(integrator)]; }
 inline bool is_view(Integrator integrator) { return integrator > Integrator::Whitted; }

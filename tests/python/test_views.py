@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+import trimesh
 from commands import run
 from documents import minimal, quick
 
@@ -11,7 +12,7 @@ import tilecast
 from tilecast import _core
 from tilecast.render import display, output
 
-VIEWS = ("normals", "depth", "primitives", "instances", "facing")
+VIEWS = ("normals", "depth", "primitives", "instances", "facing", "cost")
 
 
 def wall(distance: float, **render) -> dict:
@@ -85,8 +86,25 @@ def test_a_view_uses_geometry_alone(view):
     assert {"shadow_rays", "point_lights", "area_lights", "dielectric"} <= set(result.stats["features"]["left_out"])
     assert result.stats["rays"] == {"camera": 48 * 32 * 4, "bounce": 0, "shadow": 0}
     assert result.stats["kernel"].startswith(view)
-    assert ("shown" in result.stats) == (view in ("normals", "depth"))
+    assert ("shown" in result.stats) == (view in ("normals", "depth", "cost"))
     assert result.error["relative_mse"] > 0 and result.pixels.std() > 0
+
+
+@pytest.mark.parametrize("accelerator, least, most", [("none", 81, 81), ("bvh", 3, 80)])
+def test_cost_counts_what_a_ray_is_tested_against(accelerator, least, most):
+    ball = trimesh.creation.icosphere(subdivisions=1)  # 80 faces, and the instance
+    document = minimal(camera={"position": [0, 0, 5], "target": [0, 0, 0], "fov": 10}, image={"width": 8, "height": 8},
+                       render={"integrator": "cost", "samples": 1, "accelerator": accelerator},
+                       scene=[{"object": {"type": "mesh", "vertices": ball.vertices.tolist(),
+                                          "faces": ball.faces.tolist()}}])
+    scene = tilecast.load(document)
+    steps, tests = scene.scene.camera_cost(0, 0, 8, 8)
+    assert least * 64 <= tests <= most * 64
+    assert (steps == 64) == (accelerator == "none")  # the instance's box alone
+    pixels = tilecast.render(scene).pixels
+    assert pixels.min() > least and (accelerator == "bvh" or (pixels == 82).all())
+    assert pixels.mean() == pytest.approx((steps + tests) / 64, rel=0.2)  # through other points of the pixels
+    assert scene.facts()["shown"] == {"view": "cost", "range": [0, 256]}
 
 
 @pytest.mark.parametrize("view", VIEWS)

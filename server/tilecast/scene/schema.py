@@ -211,14 +211,17 @@ class Stop(Model):
 
 
 class Render(Model):
-    integrator: Literal["path", "whitted", "normals", "depth", "primitives", "instances", "facing"] = "path"
+    integrator: Literal["path", "whitted", "normals", "depth", "primitives", "instances", "facing",
+                        "cost"] = "path"
     """Light: path (all of it) or whitted (direct light, mirrors and glass). Or a view of what a camera ray meets,
     black where that is nothing: normals (0.5 + 0.5 n; outward, world space), depth (metres along the ray),
-    primitives and instances (a colour for each), facing (front sides blue, back sides red). Samples of a view are
-    averaged like any others; with one sample nothing is blended. An EXR holds the numbers; a PNG holds those of
-    normals too, and shows depth by a ramp of colours, see view_range."""
+    primitives and instances (a colour for each), facing (front sides blue, back sides red), cost (steps through the
+    accelerator and primitives tested). Samples of a view are averaged like any others; with one sample nothing is
+    blended. An EXR holds the numbers; a PNG holds those of normals too, and shows depth and cost by a ramp of
+    colours, see view_range."""
     view_range: Annotated[list[Coordinate], Field(min_length=2, max_length=2)] | None = None
-    """Which depths a PNG shows from bright to black; if not given, those of the box around the scene."""
+    """Which depths a PNG shows from bright to black, or which costs from black to bright; if not given, the depths
+    of the box around the scene, and costs from 0 to 256."""
     samples: whole(1, 2**24) = 64
     """For each pixel."""
     max_depth: whole(1, 10000) = 8
