@@ -151,7 +151,7 @@ def test_ctrl_c_ends_without_a_traceback(scene, tmp_path):
 def test_help_names_every_command():
     result = run("--help")
     assert result.returncode == 0
-    for command in ("render", "batch", "serve", "submit", "validate", "schema"):
+    for command in ("render", "batch", "serve", "submit", "report", "validate", "schema"):
         assert command in result.stdout
     assert run("frobnicate").returncode == 2
     assert run("--version").stdout.startswith("tilecast")

@@ -24,11 +24,12 @@ def override(document: dict[str, Any], settings: Iterable[str]) -> dict[str, Any
             parts = paths.parse(key.strip())
         except ValueError as error:
             raise SceneError("", f"the setting {setting!r}: {error}") from None
-        _put(document, parts, _value(value))
+        _put(document, parts, value_of(value))
     return document
 
 
-def _value(text: str) -> Any:
+def value_of(text: str) -> Any:
+    """The JSON value, or else the text itself."""
     try:
         return json.loads(text)
     except (ValueError, RecursionError):
