@@ -110,7 +110,7 @@ constexpr const char* kOccluded = R"(Whether each ray hits anything in t_min < t
 
 Arguments as for `closest`, and faster than it. A shadow ray from p to q has the direction q - p and t_max 1.)";
 
-constexpr const char* kCrossings = R"(Every crossing of each whole line origin + t * direction, in front of the origin and behind it.
+constexpr const char* kCrossings = R"(Every crossing of each whole line origin + t * direction, before the origin and behind it.
 
 Arguments as for `closest`. Returns Crossings, sorted by t along each line. A closed object is crossed an even number of
 times, entered as often as left, through edges and vertices too.)";
@@ -123,7 +123,7 @@ void bind_queries(py::module_& module, SceneClass& scene) {
       .def_readonly("object", &Hits::object,
                     "[n] int64, index in the scene's list, area lights after the others; -1: none")
       .def_readonly("primitive", &Hits::primitive,
-                    "[n] int64, number within that object: a mesh's face; in the order of the scene where it has parts; -1: none")
+                    "[n] int64, number within that object: a mesh's face; counted through where it has parts; -1: none")
       .def_readonly("u", &Hits::u, "[n] float64, weight of a triangle's second vertex")
       .def_readonly("v", &Hits::v, "[n] float64, weight of a triangle's third vertex; the first has 1 - u - v")
       .def_readonly("normal", &Hits::normal,

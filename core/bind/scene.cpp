@@ -60,14 +60,14 @@ void bind_scene(py::module_& module) {
       .def_property_readonly("primitives", [](const Scene& s) { return s.objects[s.root].primitives; },
                              "Primitives, instances multiplied out.")
       .def_property_readonly("bounds", &bounds_of,
-                             "[2, 3] float64: the least and greatest corner, world space; a box around all objects, not the "
-                             "smallest. None where there is nothing.")
+                             "[2, 3] float64: the least and greatest corner of a box around all objects, world space; "
+                             "not the smallest. None where there is nothing.")
       .def_readonly("features", &Scene::features, "What the scene uses, of FEATURES.")
       .def_property_readonly("kernel", &kernel_name)
       .def_property_readonly("accelerator", &accelerator_of, "kind, nodes, references, bytes and build seconds, all levels together; cost: expected, of the top level.")
       .def("render_chunk", &chunk_of, py::arg("x"), py::arg("y"), py::arg("width"), py::arg("height"), py::arg("first"),
            py::arg("count"), "Samples first .. first + count - 1 of the tile's pixels; (x, y): its top left pixel.")
       .def("camera_cost", &camera_cost_of, py::arg("x"), py::arg("y"), py::arg("width"), py::arg("height"),
-           "(steps through the accelerator, primitives tested) for one ray through the centre of each of the tile's pixels.");
+           "(steps through the accelerator, primitives tested) of one ray through the centre of each pixel of the tile.");
   bind_queries(module, scene);
 }
