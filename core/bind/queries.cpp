@@ -110,7 +110,7 @@ constexpr const char* kOccluded = R"(Whether each ray hits anything in t_min < t
 
 Arguments as for `closest`, and faster than it. A shadow ray from p to q has the direction q - p and t_max 1.)";
 
-constexpr const char* kCrossings = R"(Every crossing of each whole line origin + t * direction, before the origin and behind it.
+constexpr const char* kCrossings = R"(Every crossing of each whole line origin + t * direction, t from -inf to inf.
 
 Arguments as for `closest`. Returns Crossings, sorted by t along each line. A closed object is crossed an even number of
 times, entered as often as left, through edges and vertices too.)";

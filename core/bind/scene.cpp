@@ -68,6 +68,6 @@ void bind_scene(py::module_& module) {
       .def("render_chunk", &chunk_of, py::arg("x"), py::arg("y"), py::arg("width"), py::arg("height"), py::arg("first"),
            py::arg("count"), "Samples first .. first + count - 1 of the tile's pixels; (x, y): its top left pixel.")
       .def("camera_cost", &camera_cost_of, py::arg("x"), py::arg("y"), py::arg("width"), py::arg("height"),
-           "(steps through the accelerator, primitives tested) of one ray through the centre of each pixel of the tile.");
+           "(steps through the accelerator, primitives tested) of a ray through the centre of each pixel of a tile.");
   bind_queries(module, scene);
 }
