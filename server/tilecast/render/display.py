@@ -19,15 +19,15 @@ def shown(pixels: np.ndarray, facts: Mapping[str, Any] | None) -> np.ndarray:
     Normals: so that a PNG holds 0.5 + 0.5 n itself, as normal maps do. Cost goes from black to bright, depth from
     bright (near) to black (far); where nothing is hit, at 0 metres, it is black.
     """
-    shown = facts and facts.get("shown")
-    if not shown:
+    how = facts and facts.get("shown")
+    if not how:
         return pixels
-    if shown["view"] == "normals":
+    if how["view"] == "normals":
         return _linear(pixels)
-    first, last = shown["range"]
+    first, last = how["range"]
     value = pixels[..., 0].astype(np.float64)
     place = np.clip((value - first) / (last - first), 0, 1) if last > first else np.zeros(value.shape)
-    if shown["view"] == "depth":
+    if how["view"] == "depth":
         place = np.where(value > 0, 1 - place, 0)
     return _RAMP[np.rint(place * (len(_RAMP) - 1)).astype(np.intp)]
 

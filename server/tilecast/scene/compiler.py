@@ -38,13 +38,13 @@ class Compiled:
 
     @property
     def closest(self) -> Callable[..., Any]:
-        """closest(origins, directions, t_min=0, t_max=inf): the first hit of each ray; float64 [n, 3]
-        each."""
+        """closest(origins, directions, t_min=0, t_max=inf): the first hit of each ray; float64 [n, 3] each. Its
+        own help says all."""
         return self.scene.closest
 
     @property
     def occluded(self) -> Callable[..., Any]:
-        """occluded(origins, directions, t_max=inf): whether each ray hits anything; bool [n]."""
+        """occluded(origins, directions, t_min=0, t_max=inf): whether each ray hits anything; bool [n]."""
         return self.scene.occluded
 
     @property
