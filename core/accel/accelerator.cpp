@@ -8,10 +8,11 @@
 namespace tilecast {
 namespace {
 
-constexpr size_t kHandful = 4;                 // fewer primitives than this need no hierarchy
-constexpr double kSpatialSplitReferences = 2;  // at most, for each primitive
+constexpr size_t kFew = 32;                    // primitives for which `auto` may go without
+constexpr double kSpatialSplitReferences = 3;  // at most, for each primitive
 // A spatial split has to promise this much before `auto` takes it: repeated references cost cache.
 constexpr double kSpatialSplitGain = 0.9;
+constexpr double kOverlap = 0.25;  // of a hierarchy's cost: with less, `auto` does not try them
 
 std::string list(const std::vector<std::string>& names) {
   std::string out;
@@ -54,7 +55,7 @@ Accelerator Accelerator::build(const AcceleratorChoice& choice, const PrimitiveS
   const size_t count = primitives.size();
   if (count > (1u << 30)) throw Error("more than 2^30 primitives in one object");
   std::string kind = choice.kind;
-  if (count == 0 || (kind == "auto" && count <= kHandful)) kind = "none";
+  if (count == 0) kind = "none";
 
   Accelerator out;
   AcceleratorStats& stats = out.stats_;
@@ -71,21 +72,40 @@ Accelerator Accelerator::build(const AcceleratorChoice& choice, const PrimitiveS
   auto spatial_splits = [&](std::vector<uint32_t>& order) {
     return Bvh::build_with_spatial_splits(primitives, static_cast<size_t>(kSpatialSplitReferences * count), order);
   };
+  auto take_all = [&] {
+    out.order_.resize(count);
+    std::iota(out.order_.begin(), out.order_.end(), 0u);
+    BruteForce all{static_cast<uint32_t>(count), {}};
+    if (primitives.test_cost > 1.0f) all.boxes.assign(primitives.boxes.begin(), primitives.boxes.end());
+    const uint64_t bytes = all.boxes.size() * sizeof(FrameBox);
+    take(std::move(all), 0, bytes);
+    out.visits_once_ = true;
+  };
   out.visits_once_ = false;
-  if (kind == "auto" || kind == "bvh") {
+  if (kind == "none") {
+    take_all();
+  } else if (kind == "auto" || kind == "bvh") {
     Bvh bvh = Bvh::build(primitives, grouping_of(choice.grouping), out.order_);
     if (choice.reinsertion) bvh.optimise_by_reinsertion();
+    const double overlap = bvh.overlap_cost(primitives.test_cost);
     take_bvh(std::move(bvh));
     out.visits_once_ = true;
     if (kind == "auto") {
       kind = "bvh";
-      std::vector<uint32_t> order;
-      Bvh split = spatial_splits(order);
-      if (split.expected_cost(primitives.test_cost) < kSpatialSplitGain * stats.cost) {
-        kind = "sbvh";
-        out.order_ = std::move(order);
-        out.visits_once_ = out.order_.size() == count;
-        take_bvh(std::move(split));
+      const double cost = stats.cost;
+      if (count <= kFew) {
+        Accelerator all = build("none", primitives);
+        if (all.stats_.cost < cost) return all;
+      }
+      if (overlap > kOverlap * cost) {
+        std::vector<uint32_t> order;
+        Bvh split = spatial_splits(order);
+        if (split.expected_cost(primitives.test_cost) < kSpatialSplitGain * cost) {
+          kind = "sbvh";
+          out.order_ = std::move(order);
+          out.visits_once_ = out.order_.size() == count;
+          take_bvh(std::move(split));
+        }
       }
     }
   } else if (kind == "sbvh") {
@@ -100,19 +120,10 @@ Accelerator Accelerator::build(const AcceleratorChoice& choice, const PrimitiveS
     Octree octree = Octree::build(primitives, planes, out.order_);
     const uint64_t nodes = octree.node_count(), bytes = octree.bytes();
     take(std::move(octree), nodes, bytes);
-  } else if (kind == "bsp" || kind == "bsp-median") {
+  } else {
     Bsp bsp = Bsp::build(primitives, kind == "bsp" ? Bsp::Plane::Sah : Bsp::Plane::Median, out.order_);
     const uint64_t nodes = bsp.node_count(), bytes = bsp.bytes();
     take(std::move(bsp), nodes, bytes);
-  } else {
-    out.order_.resize(count);
-    std::iota(out.order_.begin(), out.order_.end(), 0u);
-    BruteForce all{static_cast<uint32_t>(count), {}};
-    if (primitives.test_cost > 1.0f) all.boxes.assign(primitives.boxes.begin(), primitives.boxes.end());
-    stats.bytes = all.boxes.size() * sizeof(FrameBox);
-    stats.cost = static_cast<double>(count) * primitives.test_cost;
-    out.structure_ = std::move(all);
-    out.visits_once_ = true;
   }
   stats.kind = kind;
   stats.references = out.order_.size();

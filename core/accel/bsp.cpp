@@ -6,7 +6,7 @@ namespace {
 constexpr int kBins = 32;
 constexpr size_t kSorted = 64;         // nodes of at most this many items try every side of their boxes
 constexpr float kEmptyBonus = 0.8f;    // on the cost where a side is empty: such planes cut off space early
-constexpr uint32_t kMedianLeaf = 4;
+constexpr float kMedianLeafCost = 4.0f;  // of the tests in a leaf
 constexpr double kMostReferences = 8;  // for each primitive
 
 struct Item {
@@ -119,7 +119,7 @@ Bsp Bsp::build(const PrimitiveSet& primitives, Plane kind, std::vector<uint32_t>
     Split split;
     if (task.depth < kMaxDepth && count > 0) {
       if (kind == Plane::Median) {
-        if (count > kMedianLeaf) split = median_of(task.items, task.cell);
+        if (count * test_cost > kMedianLeafCost) split = median_of(task.items, task.cell);
       } else {
         split = count > kSorted ? best_of_bins(task.items, task.cell, test_cost)
                                 : best_of_sides(task.items, task.cell, test_cost);
@@ -133,7 +133,7 @@ Bsp Bsp::build(const PrimitiveSet& primitives, Plane kind, std::vector<uint32_t>
       Items right = within(task.items, primitives, right_cell, split.axis);
       const double sum = static_cast<double>(left.size() + right.size());
       // A median that parts nothing, and references beyond the bound, end in a leaf.
-      bool parted = kind == Plane::Sah || sum < 1.5 * count;
+      bool parted = kind == Plane::Sah || sum < 1.6 * count;
       if (parted && sum <= task.allowed) {
         uint32_t children = static_cast<uint32_t>(bsp.nodes_.size());
         bsp.nodes_[task.node] = {split.plane, children, static_cast<uint32_t>(split.axis), 0};

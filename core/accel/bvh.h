@@ -41,6 +41,8 @@ class Bvh {
   const std::vector<Node>& nodes() const { return nodes_; }
   // Steps and tests (at test_cost) that a line through the root is expected to cost.
   double expected_cost(float test_cost) const;
+  // Of it, what is spent where siblings' boxes overlap: about what spatial splits may save.
+  double overlap_cost(float test_cost) const;
 
   // Calls leaf(first, count) for every leaf whose box meets the ray in [s_min, s_max], near ones first; the leaf may
   // lower s_max, and ends the traversal by returning true. Only strictly farther boxes are culled.

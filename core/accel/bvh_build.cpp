@@ -185,14 +185,35 @@ Bvh Bvh::build(const PrimitiveSet& primitives, Grouping grouping, std::vector<ui
   return bvh;
 }
 
+namespace {
+
+double surface(const Bvh::Node& n) {
+  double x = double(n.hi[0]) - n.lo[0], y = double(n.hi[1]) - n.lo[1], z = double(n.hi[2]) - n.lo[2];
+  return x * y + y * z + z * x;
+}
+
+}  // namespace
+
 double Bvh::expected_cost(float test_cost) const {
-  auto area = [](const Node& n) {
-    double x = double(n.hi[0]) - n.lo[0], y = double(n.hi[1]) - n.lo[1], z = double(n.hi[2]) - n.lo[2];
-    return x * y + y * z + z * x;
-  };
-  double sum = 0.0, root = area(nodes_[0]);
-  for (const Node& node : nodes_) sum += area(node) / root * (node.count > 0 ? test_cost * node.count : 2.0);
-  return 1.0 + sum;
+  double sum = 0.0;
+  for (const Node& node : nodes_) sum += surface(node) * (node.count > 0 ? test_cost * node.count : 2.0);
+  return 1.0 + sum / surface(nodes_[0]);
+}
+
+double Bvh::overlap_cost(float test_cost) const {
+  double sum = 0.0;
+  for (const Node& node : nodes_) {
+    if (node.count > 0) continue;
+    Node shared = nodes_[node.first];
+    const Node& other = nodes_[node.first + 1];
+    bool meet = true;
+    for (int i = 0; i < 3; ++i) {
+      shared.lo[i] = std::max(shared.lo[i], other.lo[i]), shared.hi[i] = std::min(shared.hi[i], other.hi[i]);
+      meet &= shared.lo[i] < shared.hi[i];
+    }
+    if (meet) sum += surface(shared) * (other.count > 0 ? test_cost * other.count : 2.0);
+  }
+  return sum / surface(nodes_[0]);
 }
 
 int Bvh::depth() const {

@@ -16,9 +16,12 @@ inline bool clip_triangle(const Triangle& triangle, FrameBox& part) {
   for (int axis = 0; axis < 3; ++axis)
     for (int side = 0; side < 2; ++side) {
       const double plane = side ? part.hi[axis] : part.lo[axis], sign = side ? -1.0 : 1.0;
+      double least = 0.0;
+      for (int i = 0; i < count; ++i) least = std::min(least, sign * (polygon[i][axis] - plane));
+      if (least == 0.0) continue;  // all of it is on the plane's inner side
       int kept = 0;
       for (int i = 0; i < count; ++i) {
-        const Vec3 &a = polygon[i], &b = polygon[(i + 1) % count];
+        const Vec3 &a = polygon[i], &b = polygon[i + 1 < count ? i + 1 : 0];
         const double da = sign * (a[axis] - plane), db = sign * (b[axis] - plane);
         if (da >= 0.0) clipped[kept++] = a;
         if ((da < 0.0) != (db < 0.0) && da != 0.0 && db != 0.0) {

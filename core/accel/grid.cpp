@@ -43,7 +43,8 @@ void for_cells(const Grid::Level& level, const Item& item, const PrimitiveSet& p
       for (int x = lo[0]; x <= hi[0]; ++x) {
         const uint32_t cell = static_cast<uint32_t>(x + level.cells[0] * (y + level.cells[1] * z));
         FrameBox part = level.cell_box(cell).padded(kBoxPadding);
-        if (spread <= 1 || primitives.clip_to(item.primitive, part)) visit(cell);  // across one axis a box is full enough
+        // Across one axis a box is full enough.
+        if (spread <= 1 || primitives.clip_to(item.primitive, part)) visit(cell);
       }
 }
 

@@ -3,9 +3,9 @@
 namespace tilecast {
 namespace {
 
-constexpr size_t kLeafSize = 6;
+constexpr float kLeafCost = 6.0f;        // of the tests in a leaf that is worth no more nodes
 constexpr double kMostReferences = 8.0;  // for each primitive
-constexpr double kNothingParted = 3.0;   // children's references for each of the node's: splitting on is no use
+constexpr double kNothingParted = 4.0;   // children's references for each of the node's: splitting on is no use
 
 struct Item {
   FrameBox box;  // padded, of the part in the node's cell
@@ -50,7 +50,7 @@ Octree Octree::build(const PrimitiveSet& primitives, Planes kind, std::vector<ui
     tasks.pop_back();
     const size_t count = task.items.size();
     Node node;
-    bool inner = task.depth < kMaxDepth && count > kLeafSize;
+    bool inner = task.depth < kMaxDepth && count * primitives.test_cost > kLeafCost;
     Items children[8];
     size_t sum = 0;
     if (inner) {

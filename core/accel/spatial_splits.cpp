@@ -1,9 +1,10 @@
 // A hierarchy with objects in more than one box.
 //
 // Stich, Friedrich and Dietrich, "Spatial Splits in Bounding Volume Hierarchies", HPG 2009: where the boxes of the best
-// object split overlap, planes are tried as well; what a plane cuts is referenced on both sides by the box of its part,
-// unless keeping it whole on one side is cheaper. Every node may add references in proportion to those it has, so that
-// memory is bounded whatever the scene.
+// object split overlap, planes are tried as well; what a plane cuts is referenced on both sides by the box of its part.
+// Every node may add references in proportion to those it has, so that memory is bounded whatever the scene; a plane
+// that would cut more is not taken. (Stich's unsplitting is left out: where many long objects cross a plane, each one
+// that stays whole makes the next one cheaper to keep, until nothing is split.)
 #include "accel/bins.h"
 #include "accel/bvh.h"
 
@@ -12,8 +13,11 @@ namespace {
 
 constexpr uint32_t kLeafSize = 4;
 constexpr int kGroupingDepth = 38;
-constexpr float kOverlap = 1e-5f;  // of the root's surface: less is not worth a plane
+constexpr float kOverlap = 1e-4f;  // of the root's surface: less is not worth a plane
+// What overlaps is paid for again further down, which the heuristic does not see: a plane may look this much dearer.
+constexpr float kPreference = 1.1f;
 constexpr int kPlaneBins = 16;
+constexpr size_t kFewest = 5;  // references that a plane is tried on
 
 struct Reference {
   FrameBox box;  // padded, of the part
@@ -43,13 +47,14 @@ class Builder {
     return true;
   }
 
-  PlaneSplit best_plane(const References& items, const FrameBox& bounds) const {
+  PlaneSplit best_plane(const References& items, const FrameBox& bounds, size_t allowed) const {
     PlaneSplit best;
+    const int bins = items.size() < 32 ? kPlaneBins / 2 : kPlaneBins;
     for (int axis = 0; axis < 3; ++axis) {
-      const float width = bounds.extent(axis) / kPlaneBins;
+      const float width = bounds.extent(axis) / bins;
       if (!(width > 4 * kBoxPadding)) continue;
       auto plane = [&](int b) { return bounds.lo[axis] + b * width; };
-      auto bin = [&](float x) { return std::clamp(static_cast<int>((x - bounds.lo[axis]) / width), 0, kPlaneBins - 1); };
+      auto bin = [&](float x) { return std::clamp(static_cast<int>((x - bounds.lo[axis]) / width), 0, bins - 1); };
       FrameBox boxes[kPlaneBins];
       uint32_t begins[kPlaneBins] = {}, ends[kPlaneBins] = {};
       for (const Reference& item : items) {
@@ -65,17 +70,17 @@ class Builder {
         }
       }
       FrameBox right[kPlaneBins];
-      right[kPlaneBins - 1] = boxes[kPlaneBins - 1];
-      for (int b = kPlaneBins - 2; b > 0; --b) right[b] = right[b + 1], right[b].extend(boxes[b]);
+      right[bins - 1] = boxes[bins - 1];
+      for (int b = bins - 2; b > 0; --b) right[b] = right[b + 1], right[b].extend(boxes[b]);
       FrameBox left;
       size_t left_count = 0, right_count = items.size();
-      for (int b = 1; b < kPlaneBins; ++b) {
+      for (int b = 1; b < bins; ++b) {
         left.extend(boxes[b - 1]);
         left_count += begins[b - 1], right_count -= ends[b - 1];
         if (left_count == 0 || right_count == 0) continue;
-        float cost = 1.0f + primitives_.test_cost *
-                                (left.half_area() * left_count + right[b].half_area() * right_count) / bounds.half_area();
-        if (cost < best.cost) best = {axis, plane(b), cost};
+        float tests = left.half_area() * left_count + right[b].half_area() * right_count;
+        float cost = 1.0f + primitives_.test_cost * tests / bounds.half_area();
+        if (left_count + right_count <= items.size() + allowed && cost < best.cost) best = {axis, plane(b), cost};
       }
     }
     return best;
@@ -84,43 +89,19 @@ class Builder {
   // False where a side would stay empty, or more than `allowed` references would be added.
   bool part_at_plane(const References& items, const PlaneSplit& split, size_t allowed, References& left,
                      References& right) const {
-    FrameBox left_box, right_box;
-    std::vector<std::pair<Reference, Reference>> cut;
-    References cut_whole;
     for (const Reference& item : items) {
       Reference a, b;
       bool in_left = part_of(item, split.axis, -FrameBox::kFar, split.plane, a);
       bool in_right = part_of(item, split.axis, split.plane, FrameBox::kFar, b);
       if (in_left && in_right) {
-        cut.push_back({a, b});
-        cut_whole.push_back(item);
+        left.push_back(a);
+        right.push_back(b);
       } else {
         bool to_left = in_left || (!in_right && item.box.centre(split.axis) < split.plane);
         (to_left ? left : right).push_back(item);
-        (to_left ? left_box : right_box).extend(item.box);
       }
     }
-    size_t left_count = left.size() + cut.size(), right_count = right.size() + cut.size(), added = 0;
-    for (const auto& [a, b] : cut) left_box.extend(a.box), right_box.extend(b.box);
-    for (size_t i = 0; i < cut.size(); ++i) {
-      FrameBox left_whole = left_box, right_whole = right_box;
-      left_whole.extend(cut_whole[i].box), right_whole.extend(cut_whole[i].box);
-      float both = left_box.half_area() * left_count + right_box.half_area() * right_count;
-      float only_left = left_whole.half_area() * left_count + right_box.half_area() * (right_count - 1);
-      float only_right = left_box.half_area() * (left_count - 1) + right_whole.half_area() * right_count;
-      if (added < allowed && both < std::min(only_left, only_right)) {
-        left.push_back(cut[i].first);
-        right.push_back(cut[i].second);
-        ++added;
-      } else if (only_left <= only_right) {
-        left.push_back(cut_whole[i]);
-        left_box = left_whole, --right_count;
-      } else {
-        right.push_back(cut_whole[i]);
-        right_box = right_whole, --left_count;
-      }
-    }
-    return !left.empty() && !right.empty();
+    return !left.empty() && !right.empty() && left.size() + right.size() <= items.size() + allowed;
   }
 
   void part_by_bins(const References& items, const Bins& bins, const ObjectSplit& split, References& left,
@@ -170,11 +151,12 @@ Bvh Bvh::build_with_spatial_splits(const PrimitiveSet& primitives, size_t most_r
       PlaneSplit plane;
       if (task.depth < kGroupingDepth) {
         objects = bins.best_split(task.items, box_of, bounds.half_area(), test_cost);
-        if (task.allowed > 0 && (objects.axis < 0 || objects.overlap > kOverlap * root_area))
-          plane = builder.best_plane(task.items, bounds);
+        if (task.allowed > 0 && count >= kFewest && (objects.axis < 0 || objects.overlap > kOverlap * root_area))
+          plane = builder.best_plane(task.items, bounds, task.allowed);
       }
       if (count > kLeafSize || std::min(objects.cost, plane.cost) < test_cost * count) {
-        bool cut = plane.cost < objects.cost && builder.part_at_plane(task.items, plane, task.allowed, left, right);
+        bool cut = plane.cost < kPreference * objects.cost &&
+                   builder.part_at_plane(task.items, plane, task.allowed, left, right);
         if (!cut) {
           left.clear(), right.clear();
           builder.part_by_bins(task.items, bins, objects, left, right);

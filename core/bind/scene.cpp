@@ -64,7 +64,7 @@ void bind_scene(py::module_& module) {
                              "not the smallest. None where there is nothing.")
       .def_readonly("features", &Scene::features, "What the scene uses, of FEATURES.")
       .def_property_readonly("kernel", &kernel_name)
-      .def_property_readonly("accelerator", &accelerator_of, "kind, nodes, references, bytes and build seconds, all levels together; cost: expected, of the top level.")
+      .def_property_readonly("accelerator", &accelerator_of, "kind, nodes, references, bytes and build seconds, all levels together; cost: expected steps and tests of a line.")
       .def("render_chunk", &chunk_of, py::arg("x"), py::arg("y"), py::arg("width"), py::arg("height"), py::arg("first"),
            py::arg("count"), "Samples first .. first + count - 1 of the tile's pixels; (x, y): its top left pixel.")
       .def("camera_cost", &camera_cost_of, py::arg("x"), py::arg("y"), py::arg("width"), py::arg("height"),

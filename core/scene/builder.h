@@ -58,6 +58,7 @@ class SceneBuilder {
   const std::string& why_open(uint32_t object);
   Csg flatten(const CsgSource& source, const Box& bounds) const;
   void finish_reachable();
+  double expected_cost(uint32_t object) const;
   void collect_lights(uint32_t object, const Affine& to_world, int material, uint64_t base);
 
   Scene scene_;

@@ -85,9 +85,32 @@ void SceneBuilder::finish_reachable() {
   }
   for (const std::string& kind : kinds) total.kind += (total.kind.empty() ? "" : " + ") + kind;
   if (kinds.empty()) total.kind = "none";
-  const Object& root = scene_.objects[scene_.root];
-  if (root.kind == Kind::Group) total.cost = scene_.groups[root.index].accelerator.stats().cost;
-  if (root.kind == Kind::Mesh) total.cost = scene_.meshes[root.index].accelerator().stats().cost;
+  total.cost = expected_cost(scene_.root);
+}
+
+// Steps and tests that a line through the object's bounds is expected to cost, all levels below it included. Objects
+// are built before those that hold them, so one pass in their order is enough.
+double SceneBuilder::expected_cost(uint32_t handle) const {
+  auto half_area = [](const Box& b) {
+    Vec3 d = b.hi - b.lo;
+    return b.empty() ? 0.0 : d.x * d.y + d.y * d.z + d.z * d.x;
+  };
+  std::vector<double> cost(scene_.objects.size(), 0.0);
+  for (uint32_t i = 0; i <= handle; ++i) {
+    const Object& object = scene_.objects[i];
+    if (object.kind == Kind::Mesh) cost[i] = scene_.meshes[object.index].accelerator().stats().cost;
+    if (object.kind != Kind::Group && object.kind != Kind::Csg) continue;
+    const Assembly& assembly =
+        object.kind == Kind::Group ? scene_.groups[object.index] : scene_.csgs[object.index].assembly;
+    if (assembly.instances.empty()) continue;
+    cost[i] = assembly.accelerator.stats().cost;
+    const double whole = half_area(assembly.bounds);
+    for (const Instance& instance : assembly.instances) {
+      double part = half_area(instance.to_parent.box(scene_.objects[instance.object].bounds));
+      if (whole > 0.0) cost[i] += part / whole * cost[instance.object];
+    }
+  }
+  return cost[handle];
 }
 
 void SceneBuilder::collect_lights(uint32_t handle, const Affine& to_world, int material, uint64_t base) {
