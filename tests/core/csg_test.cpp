@@ -3,6 +3,7 @@
 #include <functional>
 #include <thread>
 
+#include "base/counters.h"
 #include "scene/csg.h"
 #include "scene/surface.h"
 #include "stress/scenes.h"
@@ -199,6 +200,55 @@ TEST(Csg, AChainOf100000OperationsNeedsNoStack) {
             }, &work), 0);
   pthread_join(thread, nullptr);
   EXPECT_EQ(count, 2u);
+}
+
+// A box minus `count` balls, which take away as much however many they are.
+std::shared_ptr<const Scene> cheese(int count) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> unit(-1, 1), size(0.08, 0.23);
+  SceneBuilder builder;
+  std::vector<InstanceSource> operands{{builder.add_solid(Block{Vec3(-1.0), Vec3(1.0)}), Affine{}}};
+  for (int i = 0; i < count; ++i)
+    operands.push_back({builder.add_solid(Sphere{size(random) * std::cbrt(100.0 / count)}),
+                        translate({unit(random), unit(random), unit(random)})});
+  return scene_of(builder, {{builder.add_csg(CsgOperation::Difference, operands), Affine{}}});
+}
+
+TEST(Csg, LooksAtFewOfManyOperands) {
+  uint64_t looked_at[2];
+  for (bool many : {false, true}) {
+    auto scene = cheese(many ? 10000 : 100);
+    std::mt19937_64 random(1);
+    counters::solid = 0;
+    for (int i = 0; i < 10000; ++i) {
+      Ray ray = random_ray(random, 4.0);
+      Hit hit = closest(*scene, ray);
+      if (hit.found()) occluded(*scene, {resolve(*scene, ray, hit).spawn(-ray.direction), Vec3(1.0, 2.0, 1.0)});
+    }
+    looked_at[many] = counters::solid;
+  }
+  EXPECT_LT(looked_at[1], 3 * looked_at[0]);
+}
+
+TEST(Csg, StopsAtTheFirstCrossingThatTheWholeLineHas) {
+  auto scene = cheese(1000);
+  std::mt19937_64 random(2);
+  std::vector<Crossing> whole;
+  for (int i = 0; i < 20000; ++i) {
+    Ray ray = random_ray(random, i % 2 ? 3.0 : 0.7);
+    crossings(*scene, ray, whole);
+    auto first = std::find_if(whole.begin(), whole.end(), [](const Crossing& c) { return c.t > 0.0; });
+    Hit hit = closest(*scene, ray);
+    ASSERT_EQ(hit.found(), first != whole.end());
+    if (!hit.found()) continue;
+    ASSERT_EQ(hit.t, first->t);
+    ASSERT_EQ(hit.primitive, first->primitive);
+    ASSERT_EQ(hit.entering, first->entering);
+    ray.t_max = hit.t;
+    ASSERT_TRUE(occluded(*scene, ray));
+    ray.t_max = std::nextafter(hit.t, 0.0);
+    ASSERT_FALSE(occluded(*scene, ray));
+  }
 }
 
 }  // namespace

@@ -10,9 +10,8 @@ _HEADS = ("build s", "nodes", "bytes", "cost", "steps/ray", "tests/ray", "render
 
 
 def table(report: dict[str, Any]) -> str:
-    """A line for each value. Times are medians; cost is what the accelerator's top level expects of a line through
-    it, steps and tests (of all levels) are what a camera ray had on average; ratio is to the fastest; pixels are told
-    by their hash."""
+    """A line for each value. Times are medians; cost is what a line through the scene is expected to cost, steps and
+    tests are what a camera ray had on average; ratio is to the fastest; pixels are told by their hash."""
     rows = [(report["vary"], *_HEADS), *(_cells(row, report["rows"][0]) for row in report["rows"])]
     widths = [max(map(len, column)) for column in zip(*rows)]
     return "".join("  ".join([cells[0].ljust(widths[0]), *map(str.rjust, cells[1:], widths[1:])]).rstrip() + "\n"
