@@ -29,7 +29,8 @@ inline constexpr int kInherit = -1;
 struct Instance {
   uint32_t object;
   int material;  // kInherit: that of the enclosing instance; the innermost given one wins
-  Affine to_parent, to_local;
+  Affine to_parent;
+  InverseAffine to_local;
 };
 
 // Instances under an accelerator.
