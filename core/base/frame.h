@@ -20,6 +20,7 @@
 namespace tilecast {
 
 inline constexpr float kBoxPadding = 0x1p-19f;
+inline constexpr double kSidewaysError = 0x1p-22;  // how far beside a triangle the float test may still see a hit
 inline constexpr double kGrid = 0x1p-36;
 
 // Rounds to a multiple of 2^-36, then to float.

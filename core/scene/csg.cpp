@@ -93,8 +93,13 @@ void CsgWalk::gather(uint32_t operand) {
   std::vector<Crossing>& events = workspace().events;
   const Instance& instance = csg_.assembly.instances[operand];
   size_t begin = events.size();
+  // Operands meet in the space of the CSG; each has its own way there, with its own rounding: of the given map, of its
+  // inverse and of the line's, relative to what they subtract.
+  double relative = 16 * kUnitRoundoff * instance.to_local.stretch();
+  LineError error{relative * (max_abs(line_.origin) + max_abs(instance.to_parent.offset)),
+                  relative * max_abs(line_.direction)};
   crossings(scene_, scene_.objects[instance.object], instance.to_local.ray(line_),
-            base_ + csg_.assembly.first_primitive[operand], events);
+            base_ + csg_.assembly.first_primitive[operand], events, error);
   for (size_t k = begin; k < events.size(); ++k) {
     events[k].operand = operand;
     events[k].entering ^= csg_.operands[operand].inside_out;

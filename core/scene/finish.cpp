@@ -20,10 +20,13 @@ Csg SceneBuilder::flatten(const CsgSource& source, const Box& bounds) const {
     bool first;
   };
   std::vector<Task> tasks;
-  auto push = [&](const std::vector<Instance>& children, const Affine* outer, int material, int parent) {
+  auto push = [&](const std::vector<Instance>& children, const Instance* outer, int material, int parent) {
     for (size_t i = children.size(); i-- > 0;) {  // last first: operands come out in order
       Instance child = children[i];
-      if (outer) child.to_parent = *outer * child.to_parent;
+      if (outer) {  // the inverses, too: each of them was found to be sound, and no new one can turn out singular
+        child.to_parent = outer->to_parent * child.to_parent;
+        child.to_local = {child.to_local.linear * outer->to_local.linear, child.to_parent.offset};
+      }
       if (child.material == kInherit) child.material = material;
       tasks.push_back({child, parent, i == 0});
     }
@@ -38,11 +41,10 @@ Csg SceneBuilder::flatten(const CsgSource& source, const Box& bounds) const {
       const auto& children = is_group ? scene_.groups[object.index].instances : csg_sources_[object.index].operands;
       csg.nodes.push_back({is_group ? CsgOperation::Union : csg_sources_[object.index].operation, task.parent,
                            static_cast<uint32_t>(children.size()), task.first});
-      push(children, &task.instance.to_parent, task.instance.material, static_cast<int>(csg.nodes.size() - 1));
+      push(children, &task.instance, task.instance.material, static_cast<int>(csg.nodes.size() - 1));
     } else {
       bool inside_out = object.kind == Kind::Mesh && signed_volume(scene_.meshes[object.index].mesh()) < 0.0;
       csg.operands.push_back({task.parent, task.first, inside_out});
-      task.instance.to_local = inverse(task.instance.to_parent);
       operands.push_back(task.instance);
     }
     if (operands.size() + tasks.size() > kMostOperands) throw Error("a CSG has more than 1e7 operands, nested ones multiplied out");

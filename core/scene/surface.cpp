@@ -16,8 +16,8 @@ Leaf at_leaf(const Scene& scene, const Object& object, const Ray& ray, const Hit
       Triangle triangle = mesh.triangle(static_cast<uint32_t>(face));
       Vec3 a(triangle.a), b(triangle.b), c(triangle.c);
       Vec3 e1 = b - a, e2 = c - a;
-      // The float test may be off sideways by a few units in the last place; 2^-22 of the frame is above that.
-      return {mesh.frame.from_frame(a + hit.u * e1 + hit.v * e2), glm::cross(e1, e2), 0x1p-22 * mesh.frame.scale};
+      return {mesh.frame.from_frame(a + hit.u * e1 + hit.v * e2), glm::cross(e1, e2),
+              kSidewaysError * mesh.frame.scale};
     }
     case Kind::Solid: {
       const Solid& solid = scene.solids[object.index];

@@ -24,15 +24,19 @@ bool visit_instances(const Assembly& assembly, const Ray& ray, const double& t_m
   });
 }
 
-// What a mesh's crossing may be off by: its vertices are float, 2^-25 of the frame each.
-double crossing_error(const Mesh& mesh, uint32_t face, const Ray& line) {
+// By how much t moves where the line is displaced against a surface with this normal. Where they are nearly parallel, no
+// more than the object is long.
+double moved_by(double displacement, const Vec3& normal, const Ray& line, double longest) {
+  double most = longest / max_abs(line.direction);
+  double moved = displacement * glm::length(normal) / std::fabs(glm::dot(normal, line.direction));
+  return moved < most ? moved : most;  // not a number: most
+}
+
+// What a mesh's crossing may be off by: float decides, and the nearest point of the triangle stands for the hit.
+double crossing_error(const Mesh& mesh, uint32_t face, const Ray& line, double displacement) {
   Triangle triangle = mesh.triangle(face);
   Vec3 n = glm::cross(Vec3(triangle.b) - Vec3(triangle.a), Vec3(triangle.c) - Vec3(triangle.a));
-  double projected = std::fabs(glm::dot(n, line.direction));
-  double length = glm::length(n);
-  // Nearly parallel triangles: no more than the triangle is long.
-  double longest = 2.0 * mesh.frame.scale / max_abs(line.direction);
-  return projected > 0.0 ? std::min(0x1p-24 * mesh.frame.scale * length / projected, longest) : longest;
+  return moved_by(kSidewaysError * mesh.frame.scale + displacement, n, line, 2.0 * mesh.frame.scale);
 }
 
 template <class Cost>
@@ -181,15 +185,22 @@ bool occluded(const Scene& scene, const Ray& ray, uint64_t& occluder) {
   return occluded(scene, scene.objects[scene.root], ray, 0, occluder);
 }
 
-void crossings(const Scene& scene, const Object& object, const Ray& line, uint64_t base, std::vector<Crossing>& out) {
+void crossings(const Scene& scene, const Object& object, const Ray& line, uint64_t base, std::vector<Crossing>& out,
+               const LineError& line_error) {
   NoCost free;
   switch (object.kind) {
     case Kind::Solid: {
       TILECAST_COUNT(solid);
       SolidCrossing list[kMaxSolidCrossings];
-      int count = crossings(scene.solids[object.index], line, list);
-      for (int i = 0; i < count; ++i)
-        out.push_back({{list[i].t, base + list[i].face, 0.0, 0.0, list[i].entering}, list[i].error});
+      const Solid& solid = scene.solids[object.index];
+      int count = crossings(solid, line, list);
+      for (int i = 0; i < count; ++i) {
+        double error = list[i].error;
+        if (double displacement = line_error.at(list[i].t); displacement > 0.0)
+          error += moved_by(displacement, outward(solid, list[i].face, line.at(list[i].t)), line,
+                            glm::length(object.bounds.hi - object.bounds.lo));
+        out.push_back({{list[i].t, base + list[i].face, 0.0, 0.0, list[i].entering}, error});
+      }
       break;
     }
     case Kind::Rectangle: {
@@ -203,7 +214,8 @@ void crossings(const Scene& scene, const Object& object, const Ray& line, uint64
       const AcceleratedMesh& mesh = scene.meshes[object.index];
       size_t begin = out.size();
       mesh.intersect(line, -kInfinity, kInfinity, free, [&](uint32_t face, const TriangleHit& hit) {
-        out.push_back({{hit.t, base + face, hit.u, hit.v, hit.entering}, crossing_error(mesh.mesh(), face, line)});
+        out.push_back({{hit.t, base + face, hit.u, hit.v, hit.entering},
+                       crossing_error(mesh.mesh(), face, line, line_error.at(hit.t))});
         return false;
       });
       tidy(out, begin, mesh.accelerator());

@@ -25,6 +25,13 @@ struct Crossing : Hit {
   bool same_as(const Crossing& c) const { return t == c.t && primitive == c.primitive && entering == c.entering; }
 };
 
+// How far a line may be off, in the space of an object that it has been brought into.
+struct LineError {
+  double at_origin = 0.0, per_t = 0.0;
+
+  double at(double t) const { return at_origin + std::fabs(t) * per_t; }
+};
+
 // The first hit in t_min < t <= t_max.
 Hit closest(const Scene& scene, const Ray& ray);
 
@@ -51,6 +58,7 @@ bool occluded(const Scene& scene, const Ray& ray, uint64_t& occluder);
 void crossings(const Scene& scene, const Ray& line, std::vector<Crossing>& out);
 
 // The crossings of one object, appended; primitives are numbered from `base`.
-void crossings(const Scene& scene, const Object& object, const Ray& line, uint64_t base, std::vector<Crossing>& out);
+void crossings(const Scene& scene, const Object& object, const Ray& line, uint64_t base, std::vector<Crossing>& out,
+               const LineError& line_error = {});
 
 }  // namespace tilecast
