@@ -89,10 +89,31 @@ inline MeshSource torus(double major, double minor, int n, int k) {
   return m;
 }
 
+// Every tenth face split in two at the middle of its first edge, with a third face, collinear, between the halves and
+// the neighbour; and as many faces again with a repeated vertex.
+inline MeshSource with_collinear_faces(const MeshSource& source) {
+  MeshSource m{source.vertices, {}};
+  for (size_t i = 0; i < source.faces.size(); ++i) {
+    glm::uvec3 f = source.faces[i];
+    if (i % 10 != 0) {
+      m.faces.push_back(f);
+      continue;
+    }
+    uint32_t middle = static_cast<uint32_t>(m.vertices.size());
+    m.vertices.push_back(0.5 * (m.vertices[f.x] + m.vertices[f.y]));
+    m.faces.insert(m.faces.end(), {{f.x, middle, f.z}, {middle, f.y, f.z}, {f.x, f.y, middle}, {f.x, f.y, f.x}});
+  }
+  return m;
+}
+
+// Uniform over the unit sphere: of a cube's points those within the ball.
 inline Vec3 random_direction(std::mt19937_64& random) {
-  std::normal_distribution<double> normal;
-  Vec3 v{normal(random), normal(random), normal(random)};
-  return glm::normalize(v);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (;;) {
+    Vec3 v{unit(random), unit(random), unit(random)};
+    double length2 = glm::dot(v, v);
+    if (length2 > 1e-4 && length2 <= 1.0) return v / std::sqrt(length2);
+  }
 }
 
 // A point of the mesh where tracers leak: a vertex, or a point on an edge.

@@ -9,6 +9,29 @@
 
 namespace tilecast::stress {
 
+// make(kind) for every accelerator, brute force first.
+template <class Make>
+std::vector<std::shared_ptr<const Scene>> for_each_kind(Make&& make) {
+  std::vector<std::shared_ptr<const Scene>> out;
+  for (const std::string& kind : accelerator_kinds()) out.push_back(make(kind));
+  return out;
+}
+
+// Whether two scenes give the same closest hit, occlusion and crossings, bit for bit.
+inline bool same_hits(const Scene& a, const Scene& b, const Ray& ray) {
+  auto same = [](const Hit& x, const Hit& y) {
+    return x.t == y.t && x.primitive == y.primitive && x.u == y.u && x.v == y.v && x.entering == y.entering;
+  };
+  Hit hit = closest(a, ray);
+  Ray bounded = ray;
+  bounded.t_max = 1.0;
+  thread_local std::vector<Crossing> of_a, of_b;
+  crossings(a, ray, of_a);
+  crossings(b, ray, of_b);
+  return same(hit, closest(b, ray)) && occluded(a, bounded) == occluded(b, bounded) &&
+         (hit.t <= 1.0) == occluded(b, bounded) && std::equal(of_a.begin(), of_a.end(), of_b.begin(), of_b.end(), same);
+}
+
 inline Affine translate(const Vec3& t) { return {glm::dmat3(1.0), t}; }
 inline Affine scale(const Vec3& s) {
   Affine a;

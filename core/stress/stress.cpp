@@ -1,20 +1,19 @@
 #include "stress/stress.h"
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <exception>
 #include <mutex>
 #include <thread>
 
 namespace tilecast::stress {
-namespace {
-constexpr uint64_t kBatch = 4096;
-}
 
 const std::vector<Case>& cases() {
   static const std::vector<Case> all = [] {
     std::vector<Case> out;
-    add_triangles(out);
+    for (auto* add : {add_triangles, add_slivers, add_boxes, add_agreement, add_crowding, add_scaling, add_coplanar,
+                      add_trees, add_chains, add_instances, add_threads, add_extreme_geometry, add_extreme_light})
+      add(out);
     std::stable_sort(out.begin(), out.end(), [](const Case& a, const Case& b) {
       return (a.gate ? a.gate : 1000) < (b.gate ? b.gate : 1000);
     });
@@ -23,31 +22,42 @@ const std::vector<Case>& cases() {
   return all;
 }
 
-Verdict run(const Case& stress_case, uint64_t count, int threads) {
+Verdict run(const Case& stress_case, uint64_t count, int threads, const KeepGoing& keep_going) {
   auto start = std::chrono::steady_clock::now();
   std::atomic<uint64_t> next{0};
+  std::atomic<bool> stop{false};
   std::mutex mutex;
   Verdict verdict;
-  auto work = [&] {
-    for (;;) {
-      uint64_t first = next.fetch_add(kBatch);
+  auto work = [&](bool caller) {
+    while (!stop) {
+      uint64_t first = next.fetch_add(stress_case.batch);
       if (first >= count) return;
-      double figure = stress_case.run(first, std::min(kBatch, count - first));
-      std::lock_guard lock(mutex);
-      if (stress_case.combine == Combine::Sum) {
-        verdict.figure += figure;
-      } else if (!(figure <= verdict.figure)) {  // NaN stays
-        verdict.figure = figure;
+      uint64_t share = std::min(stress_case.batch, count - first);
+      try {
+        double figure = stress_case.run(first, share);
+        std::lock_guard lock(mutex);
+        verdict.cases += share;
+        if (stress_case.combine == Combine::Sum) {
+          verdict.figure += figure;
+        } else if (!(figure <= verdict.figure)) {  // NaN stays
+          verdict.figure = figure;
+        }
+      } catch (const std::exception& error) {
+        std::lock_guard lock(mutex);
+        verdict.error = error.what();
+        stop = true;
       }
+      if (caller && keep_going && !keep_going(std::min<uint64_t>(next, count))) stop = true;
     }
   };
-  std::vector<std::jthread> pool;
-  for (int i = 1; i < threads; ++i) pool.emplace_back(work);
-  work();
-  pool.clear();
-  verdict.cases = count;
+  {
+    std::vector<std::jthread> pool;
+    for (int i = 1; i < threads; ++i) pool.emplace_back(work, false);
+    work(true);
+  }
   verdict.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  verdict.holds = verdict.figure <= stress_case.limit;
+  verdict.holds = verdict.figure <= stress_case.limit && verdict.cases == count && verdict.error.empty();
+  if (stress_case.costs && !stop) verdict.costs = stress_case.costs();
   return verdict;
 }
 

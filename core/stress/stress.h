@@ -3,14 +3,23 @@
 // A case is a pure function of case numbers, so threads may share them out and any one can be looked at again.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <random>
 #include <string>
 #include <vector>
 
 namespace tilecast::stress {
 
 enum class Combine : uint8_t { Sum, Max };  // of failures; of errors
+
+// What an extreme scene costs; zeros where a case has no scene of its own.
+struct Costs {
+  double build_seconds = 0.0;
+  uint64_t bytes = 0;  // of its accelerators
+  double rays_per_second = 0.0;  // closest hits, one thread
+};
 
 struct Case {
   std::string name;     // short, in kebab-case
@@ -21,22 +30,60 @@ struct Case {
   uint64_t cases;       // a normal run
   uint64_t long_cases;  // with --long
   std::function<double(uint64_t first, uint64_t count)> run;  // the figure over cases first .. first + count - 1
+  uint64_t batch = 4096;  // how many cases go into a call of `run`; calls start at its multiples
+  std::function<Costs()> costs = nullptr;
 };
 
 struct Verdict {
   double figure = 0.0;
-  uint64_t cases = 0;
+  uint64_t cases = 0;   // that were run
   double seconds = 0.0;
   bool holds = false;
+  std::string error;    // what the core threw; nothing, where all is well
+  Costs costs;
 };
 
 // All cases, in the order of their gates.
 const std::vector<Case>& cases();
 
+// Looked at by the calling thread between its batches, with the number of cases begun; false ends the run early.
+using KeepGoing = std::function<bool(uint64_t begun)>;
+
 // Cases 0 .. count - 1, shared out among the threads.
-Verdict run(const Case& stress_case, uint64_t count, int threads);
+Verdict run(const Case& stress_case, uint64_t count, int threads, const KeepGoing& keep_going = nullptr);
+
+// The figure of a batch from that of its cases, case_figure(random, i). The random numbers follow from `first`.
+template <class CaseFigure>
+double sum_over(uint64_t first, uint64_t count, CaseFigure&& case_figure) {
+  std::mt19937_64 random(first);
+  double sum = 0.0;
+  for (uint64_t i = first; i < first + count; ++i) sum += case_figure(random, i);
+  return sum;
+}
+template <class CaseFigure>
+double worst_over(uint64_t first, uint64_t count, CaseFigure&& case_figure) {
+  std::mt19937_64 random(first);
+  double worst = 0.0;
+  for (uint64_t i = first; i < first + count; ++i) {
+    double figure = case_figure(random, i);
+    if (!(figure <= worst)) worst = figure;  // NaN stays
+  }
+  return worst;
+}
 
 // One function for each family; each adds its cases.
 void add_triangles(std::vector<Case>& out);
+void add_slivers(std::vector<Case>& out);
+void add_boxes(std::vector<Case>& out);
+void add_agreement(std::vector<Case>& out);
+void add_crowding(std::vector<Case>& out);
+void add_scaling(std::vector<Case>& out);
+void add_coplanar(std::vector<Case>& out);
+void add_trees(std::vector<Case>& out);
+void add_chains(std::vector<Case>& out);
+void add_instances(std::vector<Case>& out);
+void add_threads(std::vector<Case>& out);
+void add_extreme_geometry(std::vector<Case>& out);
+void add_extreme_light(std::vector<Case>& out);
 
 }  // namespace tilecast::stress

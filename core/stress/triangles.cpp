@@ -1,7 +1,4 @@
-// Gates 1 and 2: rays at the vertices and edges of closed meshes.
-#include <memory>
-#include <random>
-
+// Gates 1, 2 and 8: rays at the vertices and edges of closed meshes, also of such with collinear faces.
 #include "accel/accelerated_mesh.h"
 #include "stress/meshes.h"
 #include "stress/stress.h"
@@ -9,69 +6,85 @@
 namespace tilecast::stress {
 namespace {
 
-// Closed meshes at scales 1e-6 .. 1e6 and offsets of 0 .. 1e6 radii.
 struct Placed {
   AcceleratedMesh mesh;
   Vec3 inside;      // a point well within
   double radius;    // of a ball about it that is within, too
 };
 
-const std::vector<Placed>& placed_meshes() {
-  static const std::vector<Placed> all = [] {
-    struct Source {
-      MeshSource mesh;
-      Vec3 inside;
-      double radius;
-    } sources[] = {{icosphere(3), Vec3(0.0), 0.9},
-                   {gridded_cube(6), Vec3(0.0), 0.9},
-                   {torus(1.0, 0.4, 30, 20), Vec3(1.0, 0.0, 0.0), 0.3}};
-    std::mt19937_64 random(1);
-    std::vector<Placed> out;
-    for (double scale : {1e-6, 1.0, 1e6})
-      for (double radii : {0.0, 1.0, 1e3, 1e6})
-        for (const Source& s : sources) {
-          Vec3 offset = radii * scale * random_direction(random);
-          out.push_back({AcceleratedMesh(s.mesh.transformed(scale, offset).build(), "auto"), offset + scale * s.inside,
-                         scale * s.radius});
-        }
-    return out;
-  }();
+// Closed meshes at scales 1e-6 .. 1e6 and offsets of 0 .. 1e6 radii.
+std::vector<Placed> place(MeshSource (*change)(const MeshSource&)) {
+  struct Source {
+    MeshSource mesh;
+    Vec3 inside;
+    double radius;
+  } sources[] = {{icosphere(3), Vec3(0.0), 0.9},
+                 {gridded_cube(6), Vec3(0.0), 0.9},
+                 {torus(1.0, 0.4, 30, 20), Vec3(1.0, 0.0, 0.0), 0.3}};
+  std::mt19937_64 random(1);
+  std::vector<Placed> out;
+  for (double scale : {1e-6, 1.0, 1e6})
+    for (double radii : {0.0, 1.0, 1e3, 1e6})
+      for (const Source& s : sources) {
+        Vec3 offset = radii * scale * random_direction(random);
+        out.push_back({AcceleratedMesh(change(s.mesh).transformed(scale, offset).build(), "bvh"),
+                       offset + scale * s.inside, scale * s.radius});
+      }
+  return out;
+}
+
+const std::vector<Placed>& plain_meshes() {
+  static const std::vector<Placed> all = place([](const MeshSource& m) { return m; });
+  return all;
+}
+const std::vector<Placed>& collinear_meshes() {
+  static const std::vector<Placed> all = place(with_collinear_faces);
   return all;
 }
 
-enum class Count { Leaks, Unbalanced };
+struct Tally {
+  bool leaks = false;  // from inside, and nothing is hit
+  bool unbalanced = false;
+};
 
-double aim(uint64_t first, uint64_t count, Count what) {
-  std::mt19937_64 random(first);
+Tally aim(const std::vector<Placed>& meshes, std::mt19937_64& random, uint64_t i) {
   std::uniform_real_distribution<double> unit(0, 1);
-  double failures = 0;
-  for (uint64_t i = first; i < first + count; ++i) {
-    const Placed& placed = placed_meshes()[i % placed_meshes().size()];
-    Vec3 target = vertex_or_edge_point(placed.mesh.mesh(), random);
-    bool from_inside = i & 1;
-    double distance = from_inside ? placed.radius * unit(random) : 100.0 * placed.radius;
-    Ray ray{placed.inside + distance * random_direction(random), {}};
-    ray.direction = target - ray.origin;
-    if (i & 2) ray.direction = glm::normalize(ray.direction);
-    int entries = 0, exits = 0;
-    bool hit = false;
-    placed.mesh.intersect(ray, -kInfinity, kInfinity, [&](uint32_t, const TriangleHit& h) {
-      (h.entering ? entries : exits) += 1;
-      hit |= h.t > 0.0;
-      return false;
-    });
-    failures += what == Count::Leaks ? (from_inside && !hit) : entries != exits;
-  }
-  return failures;
+  const Placed& placed = meshes[i % meshes.size()];
+  uint64_t round = i / meshes.size();
+  bool from_inside = round & 1;
+  Vec3 target = vertex_or_edge_point(placed.mesh.mesh(), random);
+  double distance = from_inside ? placed.radius * unit(random) : 100.0 * placed.radius;
+  Ray ray{placed.inside + distance * random_direction(random), {}};
+  ray.direction = target - ray.origin;
+  if (round & 2) ray.direction = glm::normalize(ray.direction);
+  int sum = 0;
+  bool hit = false;
+  placed.mesh.intersect(ray, -kInfinity, kInfinity, [&](uint32_t, const TriangleHit& h) {
+    sum += h.entering ? 1 : -1;
+    hit |= h.t > 0.0;
+    return false;
+  });
+  return {from_inside && !hit, sum != 0};
 }
 
 }  // namespace
 
 void add_triangles(std::vector<Case>& out) {
   out.push_back({"watertight", 1, "rays that leave a closed mesh", 0, Combine::Sum, 1'000'000, 1'000'000'000,
-                 [](uint64_t first, uint64_t count) { return aim(first, count, Count::Leaks); }});
+                 [](uint64_t first, uint64_t count) {
+                   return sum_over(first, count, [](auto& random, uint64_t i) { return aim(plain_meshes(), random, i).leaks; });
+                 }});
   out.push_back({"even-crossings", 2, "lines whose signed crossings do not sum to zero", 0, Combine::Sum, 1'000'000,
-                 1'000'000'000, [](uint64_t first, uint64_t count) { return aim(first, count, Count::Unbalanced); }});
+                 1'000'000'000, [](uint64_t first, uint64_t count) {
+                   return sum_over(first, count, [](auto& random, uint64_t i) { return aim(plain_meshes(), random, i).unbalanced; });
+                 }});
+  out.push_back({"collinear-faces", 8, "leaks and unbalanced lines, 10% of the faces collinear", 0, Combine::Sum, 1'000'000,
+                 1'000'000'000, [](uint64_t first, uint64_t count) {
+                   return sum_over(first, count, [](auto& random, uint64_t i) {
+                     Tally tally = aim(collinear_meshes(), random, i);
+                     return tally.leaks || tally.unbalanced;
+                   });
+                 }});
 }
 
 }  // namespace tilecast::stress

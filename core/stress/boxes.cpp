@@ -1,0 +1,118 @@
+// Gates 3 and 4: box tests. Whatever brute force hits, every accelerator hits.
+#include <array>
+
+#include "stress/scenes.h"
+#include "stress/stress.h"
+
+namespace tilecast::stress {
+namespace {
+
+// The crossings of a line in the order of their primitives.
+std::vector<Crossing> crossings_of(const Scene& scene, const Ray& line) {
+  std::vector<Crossing> list;
+  crossings(scene, line, list);
+  return list;
+}
+
+// --- Gate 3: a cube and blocks, of faces on a lattice of quarters.
+
+std::shared_ptr<const Scene> lattice(std::string_view kind) {
+  SceneBuilder builder;
+  uint32_t cube = builder.add_mesh(gridded_cube(2).build(), kind), block = builder.add_solid(Block{Vec3(-0.25), Vec3(0.25)});
+  std::vector<InstanceSource> instances{{cube, Affine{}}};
+  for (int i = 0; i < 8; ++i) instances.push_back({block, translate(0.5 * Vec3(i % 2, i / 2 % 2, i / 4))});
+  return scene_of(builder, instances, kind);
+}
+
+// All directions whose components are negative, -0, 0 or positive: the 27 patterns of signs and zeros, with both zeros.
+std::vector<Vec3> direction_patterns() {
+  std::vector<Vec3> out;
+  const double values[] = {-1.0, -0.0, 0.0, 1.0};
+  for (double x : values)
+    for (double y : values)
+      for (double z : values)
+        if (x != 0.0 || y != 0.0 || z != 0.0) out.push_back({x, y, z});
+  return out;
+}
+
+bool axis_ray_differs(std::mt19937_64& random, uint64_t i) {
+  static const std::vector<std::shared_ptr<const Scene>> scenes = for_each_kind(lattice);
+  static const std::vector<Vec3> patterns = direction_patterns();
+  std::uniform_real_distribution<double> unit(0, 1);
+  Ray ray{{}, patterns[i % patterns.size()]};
+  for (int k = 0; k < 3; ++k) {
+    // On a plane of faces, or anywhere; the sign of zero both ways.
+    ray.origin[k] = random() & 1 ? 0.25 * (static_cast<int>(random() % 11) - 5) : 3.0 * unit(random) - 1.5;
+    if (random() & 1) ray.origin[k] = -ray.origin[k];
+    if (random() & 1) ray.direction[k] *= 0.25 + unit(random);
+  }
+  const Scene& other = *scenes[1 + (i / patterns.size()) % (scenes.size() - 1)];
+  return !same_hits(*scenes[0], other, ray);
+}
+
+// --- Gate 4: rays at vertices, edges and box corners, at scales 1e-6 .. 1e6 and offsets of up to 1e6 radii.
+
+struct Target {
+  std::vector<std::shared_ptr<const Scene>> scenes;  // of every kind
+  Vec3 centre;
+  double radius;
+};
+
+const std::vector<Target>& targets() {
+  static const std::vector<Target> all = [] {
+    std::mt19937_64 random(4);
+    std::vector<Target> out;
+    for (double size : {1e-6, 1.0, 1e6})
+      for (double radii : {0.0, 1e3, 1e6}) {
+        Vec3 offset = radii * size * random_direction(random);
+        for (const MeshSource& mesh : {icosphere(1), gridded_cube(3), torus(0.8, 0.3, 8, 6)})
+          out.push_back({for_each_kind([&](std::string_view kind) {
+                           SceneBuilder builder;
+                           uint32_t object = builder.add_mesh(mesh.transformed(size, offset).build(), kind);
+                           return builder.build(object, {});
+                         }), offset, size});
+        std::vector<InstanceSource> blocks;
+        for (int i = 0; i < 40; ++i) blocks.push_back({0, translate(offset) * scale(Vec3(size)) * random_affine(random)});
+        out.push_back({for_each_kind([&](std::string_view kind) {
+                         SceneBuilder builder;
+                         builder.add_solid(Block{Vec3(-0.25), Vec3(0.25)});
+                         return scene_of(builder, blocks, kind);
+                       }), offset, size});
+      }
+    return out;
+  }();
+  return all;
+}
+
+// A point where boxes are tightest: a vertex or an edge of a mesh, a corner or an edge of a block.
+Vec3 tight_point(const Scene& scene, std::mt19937_64& random) {
+  if (!scene.meshes.empty()) return vertex_or_edge_point(scene.meshes[0].mesh(), random);
+  const auto& blocks = scene.groups[0].instances;
+  uint64_t bits = random();
+  Vec3 corner{bits & 1 ? 0.25 : -0.25, bits & 2 ? 0.25 : -0.25, bits & 4 ? 0.25 : -0.25};
+  if (bits & 8) corner[(bits >> 4) % 3] *= std::uniform_real_distribution<double>(-1, 1)(random);
+  return blocks[(bits >> 8) % blocks.size()].to_parent.point(corner);
+}
+
+double culled(std::mt19937_64& random, uint64_t i) {
+  const Target& target = targets()[i % targets().size()];
+  uint64_t kind = 1 + (i / targets().size()) % (target.scenes.size() - 1);
+  Vec3 origin = target.centre + (random() & 1 ? 0.5 : 30.0) * target.radius * random_direction(random);
+  Ray ray{origin, tight_point(*target.scenes[0], random) - origin};
+  std::vector<Crossing> expected = crossings_of(*target.scenes[0], ray), found = crossings_of(*target.scenes[kind], ray);
+  double lost = 0.0;
+  for (const Crossing& e : expected)
+    lost += std::none_of(found.begin(), found.end(), [&](const Crossing& f) { return f.t == e.t && f.primitive == e.primitive; });
+  return lost;
+}
+
+}  // namespace
+
+void add_boxes(std::vector<Case>& out) {
+  out.push_back({"zeros-in-directions", 3, "rays that differ from brute force", 0, Combine::Sum, 500'000, 1'000'000'000,
+                 [](uint64_t first, uint64_t count) { return sum_over(first, count, axis_ray_differs); }});
+  out.push_back({"culled", 4, "hits of brute force that are lost", 0, Combine::Sum, 1'000'000, 1'000'000'000,
+                 [](uint64_t first, uint64_t count) { return sum_over(first, count, culled); }});
+}
+
+}  // namespace tilecast::stress

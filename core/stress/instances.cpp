@@ -1,0 +1,236 @@
+// Gates 22, 23 and 24: instances that are ill-conditioned, singular or mirrored.
+#include "scene/surface.h"
+#include "stress/scenes.h"
+#include "stress/stress.h"
+
+namespace tilecast::stress {
+namespace {
+
+using Quad = __float128;
+using QuadVec = std::array<Quad, 3>;
+
+// --- Gate 22: a sphere under 16 levels of maps, against the same maps multiplied and inverted in 113 bits.
+
+struct QuadMap {
+  Quad m[3][3];  // rows
+  QuadVec offset;
+
+  QuadVec vector(const QuadVec& v) const {
+    QuadVec out{};
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) out[r] += m[r][c] * v[c];
+    return out;
+  }
+};
+
+QuadMap widen(const Affine& a) {
+  QuadMap out;
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) out.m[r][c] = a.linear[c][r];
+    out.offset[r] = a.offset[r];
+  }
+  return out;
+}
+
+QuadMap operator*(const QuadMap& a, const QuadMap& b) {
+  QuadMap out{};
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c)
+      for (int k = 0; k < 3; ++k) out.m[r][c] += a.m[r][k] * b.m[k][c];
+  out.offset = a.vector(b.offset);
+  for (int r = 0; r < 3; ++r) out.offset[r] += a.offset[r];
+  return out;
+}
+
+QuadMap inverted(const QuadMap& a) {
+  QuadMap out{};
+  Quad determinant = 0;
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) {
+      int r1 = (c + 1) % 3, r2 = (c + 2) % 3, c1 = (r + 1) % 3, c2 = (r + 2) % 3;
+      out.m[r][c] = a.m[r1][c1] * a.m[r2][c2] - a.m[r1][c2] * a.m[r2][c1];
+    }
+  for (int c = 0; c < 3; ++c) determinant += a.m[0][c] * out.m[c][0];
+  for (auto& row : out.m)
+    for (Quad& x : row) x /= determinant;
+  return out;
+}
+
+// The largest singular value: 200 steps of the power method.
+double norm(const QuadMap& a) {
+  glm::dmat3 m;
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) m[c][r] = static_cast<double>(a.m[r][c]);
+  Vec3 v = glm::normalize(Vec3(1.0, 0.7, 0.4));
+  for (int i = 0; i < 200; ++i) v = glm::normalize((m * v) * m);
+  return glm::length(m * v);
+}
+
+struct Nest {
+  std::shared_ptr<const Scene> scene;
+  Affine to_world;  // in double: to aim by
+  QuadMap to_local; // its linear part is the inverse's; its offset the forward map's
+  double condition, size;
+};
+
+const std::vector<Nest>& nests() {
+  static const std::vector<Nest> all = [] {
+    std::mt19937_64 random(22);
+    std::uniform_real_distribution<double> unit(-1, 1);
+    std::vector<Nest> out;
+    for (int i = 0; i < 64; ++i) {
+      int levels = i % 4 == 0 ? 1 : 16;
+      double each = std::pow(10.0, 8.0 * (i / 4 + 1) / 16 / levels);  // condition number of a level: 1e8 of all at most
+      SceneBuilder builder;
+      uint32_t object = builder.add_solid(Sphere{1.0});
+      Affine total;
+      QuadMap wide = widen(total);
+      for (int level = 0; level < levels; ++level) {
+        Vec3 s{1.0, std::pow(each, -0.5 * (unit(random) + 1.0)), 1.0 / each};
+        Affine map = translate({unit(random), unit(random), unit(random)}) * rotate(3.0 * unit(random), random_direction(random)) *
+                     scale(s * std::sqrt(each)) * rotate(3.0 * unit(random), random_direction(random));
+        object = builder.add_group({{object, map}}, "auto");
+        total = map * total;
+        wide = widen(map) * wide;
+      }
+      Nest nest{builder.build(object, {}), total, inverted(wide), 0.0, 0.0};
+      nest.size = norm(wide);
+      nest.condition = nest.size * norm(nest.to_local);
+      nest.to_local.offset = wide.offset;
+      out.push_back(std::move(nest));
+    }
+    return out;
+  }();
+  return all;
+}
+
+// How far the hit is from where the exact ray meets the exact ellipsoid, over |o| + |t d|, which are added to reach it, in
+// units of 16 u times the condition number; infinity where it is missed.
+double nested_error(std::mt19937_64& random, uint64_t i) {
+  const Nest& nest = nests()[i % nests().size()];
+  std::uniform_real_distribution<double> unit(0, 1);
+  Vec3 target = nest.to_world.point(0.5 * unit(random) * random_direction(random));
+  Vec3 origin = target + nest.size * (2.0 + unit(random)) * random_direction(random);
+  Ray ray{origin, target - origin};
+  Hit hit = closest(*nest.scene, ray);
+  if (!hit.found()) return kInfinity;
+
+  QuadVec o, d;
+  for (int k = 0; k < 3; ++k) o[k] = Quad(ray.origin[k]) - nest.to_local.offset[k], d[k] = ray.direction[k];
+  o = nest.to_local.vector(o), d = nest.to_local.vector(d);
+  Quad a = 0, b = 0, c = -1;
+  for (int k = 0; k < 3; ++k) a += d[k] * d[k], b += o[k] * d[k], c += o[k] * o[k];
+  Quad discriminant = b * b - a * c;
+  Quad root = std::sqrt(static_cast<double>(discriminant));
+  root = (root + discriminant / root) / 2;  // a step of Newton's method makes it good to 106 bits
+  Quad t = (-b - root) / a;
+
+  Surface surface = resolve(*nest.scene, ray, hit);
+  double error = 0.0, magnitude = glm::length(origin) + hit.t * glm::length(ray.direction);
+  for (int k = 0; k < 3; ++k) {
+    Quad exact = Quad(origin[k]) + t * Quad(ray.direction[k]);
+    double along = static_cast<double>(Quad(origin[k]) + Quad(hit.t) * Quad(ray.direction[k]) - exact);
+    error = std::max({error, std::fabs(along), std::fabs(static_cast<double>(Quad(surface.point[k]) - exact))});
+  }
+  return error / (16 * kUnitRoundoff * nest.condition * magnitude);
+}
+
+// --- Gate 23
+
+// A map of rank 0, 1 or 2, up to rounding, or one that is not finite.
+Affine singular(std::mt19937_64& random, uint64_t i) {
+  std::uniform_real_distribution<double> unit(-1, 1);
+  double size = std::ldexp(1.0, static_cast<int>(random() % 401) - 200);
+  Affine flat = scale(Vec3(size));
+  int axis = static_cast<int>(random() % 3);
+  switch (i % 5) {
+    case 0: flat.linear[axis] = Vec3(0.0); break;
+    case 1: {  // a column that depends on the others
+      flat = rotate(3.0 * unit(random), random_direction(random)) * flat;
+      flat.linear[axis] = unit(random) * flat.linear[(axis + 1) % 3] + unit(random) * flat.linear[(axis + 2) % 3];
+      break;
+    }
+    case 2: {  // turned, flattened, turned
+      Vec3 s(1.0);
+      s[axis] = 0.0;
+      flat = rotate(3.0 * unit(random), random_direction(random)) * scale(size * s) *
+             rotate(3.0 * unit(random), random_direction(random));
+      break;
+    }
+    case 3: {  // rank 1
+      Vec3 v = size * random_direction(random);
+      for (int k = 0; k < 3; ++k) flat.linear[k] = unit(random) * v;
+      break;
+    }
+    default: flat.linear[axis][random() % 3] = random() & 1 ? kInfinity : std::nan("");
+  }
+  return flat;
+}
+
+bool refusal_is_missing(std::mt19937_64& random, uint64_t i) {
+  SceneBuilder builder;
+  uint32_t sphere = builder.add_solid(Sphere{1.0});
+  size_t place = random() % 3;
+  std::vector<InstanceSource> instances(3, {sphere, random_affine(random)});
+  instances[place].transform = singular(random, i);
+  try {
+    if (random() & 1)
+      builder.add_group(instances, "auto");
+    else
+      builder.add_csg(CsgOperation::Union, instances);
+  } catch (const Error& error) {
+    return std::string(error.what()).find("of[" + std::to_string(place) + "].transform: ") != 0;
+  }
+  return true;
+}
+
+// --- Gate 24: a mesh mirrored by its instance, and the same mesh mirrored beforehand.
+
+struct Mirrored {
+  std::shared_ptr<const Scene> instanced, beforehand;
+};
+
+const std::vector<Mirrored>& mirrored() {
+  static const std::vector<Mirrored> all = [] {
+    std::vector<Mirrored> out;
+    for (int signs = 1; signs < 8; ++signs)
+      for (const MeshSource& source : {icosphere(2), torus(1.0, 0.4, 20, 12)}) {
+        Vec3 mirror{signs & 1 ? -1.0 : 1.0, signs & 2 ? -0.5 : 0.5, signs & 4 ? -2.0 : 2.0};
+        MeshSource moved = source;
+        for (Vec3& v : moved.vertices) v *= mirror;
+        if (mirror.x * mirror.y * mirror.z < 0.0)
+          for (auto& f : moved.faces) std::swap(f.y, f.z);
+        SceneBuilder a, b;
+        uint32_t of_a = a.add_mesh(source.build(), "auto"), of_b = b.add_mesh(moved.build(), "auto");
+        out.push_back({scene_of(a, {{of_a, scale(mirror)}}), scene_of(b, {{of_b, Affine{}}})});
+      }
+    return out;
+  }();
+  return all;
+}
+
+// Both are the same float mesh up to a power of two an axis; t and normal may differ by rounding alone.
+bool mirror_shows(std::mt19937_64& random, uint64_t i) {
+  const Mirrored& pair = mirrored()[i % mirrored().size()];
+  Ray ray = random_ray(random, i & 1 ? 5.0 : 0.3);
+  Hit a = closest(*pair.instanced, ray), b = closest(*pair.beforehand, ray);
+  if (a.found() != b.found()) return true;
+  if (!a.found()) return false;
+  Surface of_a = resolve(*pair.instanced, ray, a), of_b = resolve(*pair.beforehand, ray, b);
+  double size = 5.0;  // of the coordinates at hand
+  return a.primitive != b.primitive || a.entering != b.entering ||
+         max_abs(ray.at(a.t) - ray.at(b.t)) > 0x1p-20 * size || max_abs(of_a.normal - of_b.normal) > 1e-6;
+}
+
+}  // namespace
+
+void add_instances(std::vector<Case>& out) {
+  out.push_back({"nested-instances", 22, "error of the hit, in 16 u times the condition number", 1, Combine::Max, 300'000,
+                 100'000'000, [](uint64_t first, uint64_t count) { return worst_over(first, count, nested_error); }});
+  out.push_back({"singular-transforms", 23, "not refused by name", 0, Combine::Sum, 100'000, 10'000'000,
+                 [](uint64_t first, uint64_t count) { return sum_over(first, count, refusal_is_missing); }});
+  out.push_back({"mirrored-instances", 24, "hits unlike those of the mesh mirrored beforehand", 0, Combine::Sum, 1'000'000,
+                 100'000'000, [](uint64_t first, uint64_t count) { return sum_over(first, count, mirror_shows); }});
+}
+
+}  // namespace tilecast::stress

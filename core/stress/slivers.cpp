@@ -1,0 +1,82 @@
+// Gate 7: triangles of aspect up to 1e7.
+#include "accel/accelerated_mesh.h"
+#include "stress/meshes.h"
+#include "stress/stress.h"
+
+namespace tilecast::stress {
+namespace {
+
+constexpr double kFloatRoundoff = 0x1p-24;
+
+double log_uniform(std::mt19937_64& random, double decades) {
+  return std::pow(10.0, std::uniform_real_distribution<double>(0, decades)(random));
+}
+
+// Triangles as long as the mesh, of aspect 1 .. 1e7.
+const AcceleratedMesh& slivers() {
+  static const AcceleratedMesh mesh = [] {
+    std::mt19937_64 random(7);
+    MeshSource source;
+    for (uint32_t i = 0; i < 48; ++i) {
+      Vec3 along = random_direction(random), across = glm::normalize(glm::cross(along, random_direction(random)));
+      double width = 1.0 / log_uniform(random, 7.0);
+      Vec3 apex = (std::uniform_real_distribution<double>(-1, 1)(random)) * along + width * across;
+      source.vertices.insert(source.vertices.end(), {-along, along, apex});
+      source.faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    }
+    return AcceleratedMesh(source.build(), "auto");
+  }();
+  return mesh;
+}
+
+using Wide = glm::vec<3, long double>;
+
+// How far p lies from the triangle: the least of the distances from its edges and, above it, from its plane.
+long double distance(const Wide& p, const Wide corners[3]) {
+  long double least = std::numeric_limits<long double>::infinity();
+  Wide n = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
+  bool above = true;
+  for (int i = 0; i < 3; ++i) {
+    Wide a = corners[i], e = corners[(i + 1) % 3] - a;
+    long double w = std::clamp(glm::dot(p - a, e) / glm::dot(e, e), 0.0L, 1.0L);
+    least = std::min(least, glm::length(p - (a + w * e)));
+    above = above && glm::dot(glm::cross(n, e), p - a) >= 0.0L;
+  }
+  return above ? std::min(least, std::abs(glm::dot(n, p - corners[0])) / glm::length(n)) : least;
+}
+
+// The worst distance of a hit from its triangle, over the triangle's extent, in units of 8 u of float.
+double point_error(std::mt19937_64& random, uint64_t i) {
+  const AcceleratedMesh& mesh = slivers();
+  std::uniform_real_distribution<double> unit(0, 1);
+  auto corner = [&](uint32_t face, int k) { return mesh.mesh().frame.from_frame(Vec3(mesh.mesh().vertices[mesh.mesh().faces[face][k]])); };
+  uint32_t target = random() % mesh.mesh().faces.size();
+  double u = unit(random), v = unit(random) * (1.0 - u);
+  Vec3 a = corner(target, 0), b = corner(target, 1), c = corner(target, 2);
+  Vec3 p = a + u * (b - a) + v * (c - a);
+  Vec3 from = random_direction(random);
+  if (i & 1)  // along the triangle's plane, but for 1 .. 1e-7
+    from = glm::normalize(glm::normalize(b - a) + from / log_uniform(random, 7.0));
+  Ray ray{p + 3.0 * unit(random) * from, -from};
+  double worst = 0.0;
+  mesh.intersect(ray, -kInfinity, kInfinity, [&](uint32_t face, const TriangleHit& hit) {
+    Wide corners[3];
+    long double extent = 0.0L;
+    for (int k = 0; k < 3; ++k) corners[k] = Wide(corner(face, k));
+    for (int k = 0; k < 3; ++k) extent = std::max(extent, glm::length(corners[(k + 1) % 3] - corners[k]));
+    Wide at = Wide(ray.origin) + static_cast<long double>(hit.t) * Wide(ray.direction);
+    double error = static_cast<double>(distance(at, corners) / (8 * kFloatRoundoff * extent));
+    if (!(error <= worst)) worst = error;
+    return false;
+  });
+  return worst;
+}
+
+}  // namespace
+
+void add_slivers(std::vector<Case>& out) {
+  out.push_back({"slivers", 7, "distance of a hit from its triangle, in 8 u of the extent", 1, Combine::Max, 1'000'000,
+                 1'000'000'000, [](uint64_t first, uint64_t count) { return worst_over(first, count, point_error); }});
+}
+
+}  // namespace tilecast::stress
