@@ -10,4 +10,5 @@ PYBIND11_MODULE(_core, module) {
   bind_scene(module);
   bind_builder(module);
   bind_image(module);
+  bind_stress(module);
 }

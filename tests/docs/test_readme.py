@@ -20,7 +20,7 @@ BLOCKS = [text for _, text in re.findall(r"^```(\w+)\n(.*?)^```$", README, re.MU
 PATIENCE = 600  # seconds for a command, should it have to compile first
 
 # Every block, by what it begins with. A block that is not here has no test yet.
-DEMO, TEST, SERVE, POST = "./dev demo\n", "./dev test\n", "./dev serve\n", "job=$(curl"
+DEMO, TEST, STRESS, SERVE, POST = "./dev demo\n", "./dev test\n", "./dev stress", "./dev serve\n", "job=$(curl"
 RENDER, PYTHON, RAYS = ".venv/bin/tilecast render", "import tilecast\n", "import numpy as np\n"
 ONE_TEST = "./dev test tests/python/"
 
@@ -80,7 +80,7 @@ def built():
 
 
 def test_every_block_has_a_test():
-    known = (DEMO, TEST, SERVE, POST, RENDER, PYTHON, RAYS, ONE_TEST)
+    known = (DEMO, TEST, STRESS, SERVE, POST, RENDER, PYTHON, RAYS, ONE_TEST)
     assert all(block(start) for start in known) and len(BLOCKS) == len(known)
 
 
@@ -104,6 +104,12 @@ def test_test():
 
 def test_one_test():
     assert "passed" in run(block(ONE_TEST))
+
+
+def test_stress(built):
+    printed = run(block(STRESS))
+    [(good, all_of_them)] = re.findall(r"^(\d+) of (\d+) hold, ", printed, re.MULTILINE)
+    assert good == all_of_them and int(good) > 20
 
 
 def test_serve_and_post(built, tmp_path):
