@@ -46,7 +46,8 @@ const std::vector<Arrangement>& arrangements() {
           // The second cube gets its size and place from a map, and is turned by a quarter: planes meet up to rounding.
           uint32_t b = shapes < 1 ? builder.add_solid(Block{Vec3(-0.25), Vec3(0.25)})
                                   : builder.add_mesh(gridded_cube(2).transformed(0.25, Vec3(0)).build(), "auto");
-          Affine to_place = translate(p.centre) * quarter_turn(static_cast<int>(out.size() % 3)) * scale(Vec3(p.half / 0.25));
+          Affine to_place = translate(p.centre) * quarter_turn(static_cast<int>(out.size() % 3)) *
+                            scale(Vec3(p.half / 0.25));
           // Both operands turned likewise, some far away, and then the whole: coordinates are rounded at every level.
           Affine turn = translate((out.size() % 2 ? 1e5 : 1.0) * random_direction(random)) *
                         rotate(0.7 + out.size(), random_direction(random));

@@ -146,11 +146,16 @@ bool faraway_is_wrong(std::mt19937_64& random, uint64_t i) {
 
 bool odd_mesh_is_wrong(std::mt19937_64& random, uint64_t i) {
   static const double overflow = std::strtod("1e999", nullptr);
-  const double oddities[] = {std::nan(""), kInfinity, -kInfinity, overflow, 1e308, -1e101, 1e-320, -1e-320, 0.0, -0.0, 1e-300, 1e99};
+  const double oddities[] = {std::nan(""), kInfinity, -kInfinity, overflow, 1e308, -1e101,
+                             1e-320, -1e-320, 0.0, -0.0, 1e-300, 1e99};
   MeshSource source = icosphere(0);
   int changes = 1 + static_cast<int>(i % 3);
-  for (int k = 0; k < changes; ++k) source.vertices[random() % source.vertices.size()][random() % 3] = oddities[random() % std::size(oddities)];
-  bool fit = std::all_of(source.vertices.begin(), source.vertices.end(), [](const Vec3& v) { return is_finite(v) && max_abs(v) <= 1e100; });
+  for (int k = 0; k < changes; ++k) {
+    Vec3& vertex = source.vertices[random() % source.vertices.size()];
+    vertex[random() % 3] = oddities[random() % std::size(oddities)];
+  }
+  bool fit = std::all_of(source.vertices.begin(), source.vertices.end(),
+                         [](const Vec3& v) { return is_finite(v) && max_abs(v) <= 1e100; });
   std::vector<std::shared_ptr<const Scene>> scenes;
   try {
     scenes = scenes_of(source);

@@ -83,7 +83,8 @@ std::shared_ptr<const Scene> lit_floor(Lamp kind, Integrator integrator) {
   builder.set_camera(Camera(Vec3(0, 1.5, 5), Vec3(0, 0.5, 0), Vec3(0, 1, 0), 45, 32, 32));
   SceneBuilder::Options options;
   options.integrator = integrator;
-  return scene_of(builder, {{floor, Affine{}}, {ball, translate(Vec3(0.6, 0.5, 0)), metal}, {ball, translate(Vec3(-0.6, 0.5, 0)), glass},
+  return scene_of(builder, {{floor, Affine{}}, {ball, translate(Vec3(0.6, 0.5, 0)), metal},
+                            {ball, translate(Vec3(-0.6, 0.5, 0)), glass},
                             {light, Affine{}, lamp}}, "auto", options);
 }
 
@@ -108,9 +109,13 @@ void add_extreme_light(std::vector<Case>& out) {
   out.push_back({"glass-furnace", 0, "error of a sample, in 8 u for each segment", 1, Combine::Max, 20'000, 10'000'000,
                  [](uint64_t first, uint64_t count) { return worst_over(first, count, furnace_error); }, 256});
   out.push_back({"light-without-area", 0, "values that are not black", 0, Combine::Sum, 8, 20'000,
-                 [](uint64_t first, uint64_t count) { return sum_over(first, count, [](auto&, uint64_t i) { return wrong_values(i, Lamp::Flat); }); }, 1});
+                 [](uint64_t first, uint64_t count) {
+                   return sum_over(first, count, [](auto&, uint64_t i) { return wrong_values(i, Lamp::Flat); });
+                 }, 1});
   out.push_back({"tiny-bright-light", 0, "values that are not finite or negative, or no light at all", 0, Combine::Sum, 8, 20'000,
-                 [](uint64_t first, uint64_t count) { return sum_over(first, count, [](auto&, uint64_t i) { return wrong_values(i, Lamp::Tiny); }); }, 1});
+                 [](uint64_t first, uint64_t count) {
+                   return sum_over(first, count, [](auto&, uint64_t i) { return wrong_values(i, Lamp::Tiny); });
+                 }, 1});
 }
 
 }  // namespace tilecast::stress

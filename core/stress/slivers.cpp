@@ -49,7 +49,9 @@ long double distance(const Wide& p, const Wide corners[3]) {
 double point_error(std::mt19937_64& random, uint64_t i) {
   const AcceleratedMesh& mesh = slivers();
   std::uniform_real_distribution<double> unit(0, 1);
-  auto corner = [&](uint32_t face, int k) { return mesh.mesh().frame.from_frame(Vec3(mesh.mesh().vertices[mesh.mesh().faces[face][k]])); };
+  auto corner = [&](uint32_t face, int k) {
+    return mesh.mesh().frame.from_frame(Vec3(mesh.mesh().vertices[mesh.mesh().faces[face][k]]));
+  };
   uint32_t target = random() % mesh.mesh().faces.size();
   double u = unit(random), v = unit(random) * (1.0 - u);
   Vec3 a = corner(target, 0), b = corner(target, 1), c = corner(target, 2);

@@ -24,8 +24,8 @@ std::shared_ptr<const Scene> showcase(Integrator integrator, uint32_t seed) {
   uint32_t block = builder.add_solid(Block{Vec3(-0.7), Vec3(0.7)}), sphere = builder.add_solid(Sphere{0.9});
   uint32_t drill = builder.add_solid(Cylinder{0.4, 3.0}), floor = builder.add_rectangle(8, 8), panel = builder.add_rectangle(1, 1);
   uint32_t ball = builder.add_mesh(icosphere(2).build(), "auto");
-  uint32_t part = builder.add_csg(CsgOperation::Difference, {{builder.add_csg(CsgOperation::Intersection, {{block, Affine{}}, {sphere, Affine{}}}), Affine{}},
-                                                             {drill, Affine{}}});
+  uint32_t rounded = builder.add_csg(CsgOperation::Intersection, {{block, Affine{}}, {sphere, Affine{}}});
+  uint32_t part = builder.add_csg(CsgOperation::Difference, {{rounded, Affine{}}, {drill, Affine{}}});
   builder.add_point_light({Vec3(3, 4, 3), Rgb(20.0)});
   builder.set_background(Rgb(0.2, 0.3, 0.4));
   builder.set_camera(Camera(Vec3(0, 1, 5), Vec3(0), Vec3(0, 1, 0), 50, kWidth, kHeight));

@@ -26,8 +26,8 @@ def stress(
     quick: Annotated[bool, typer.Option("--quick", help="A fiftieth of the cases: seconds.")] = False,
     only: Annotated[str | None, typer.Option(metavar="NAME,...", help="These cases alone.", show_default=False)] = None,
     output: Annotated[str | None, typer.Option(
-        "--json", metavar="FILE|-", help="Write the table as JSON, too; -: to standard output, and the table to standard "
-                                         "error.", show_default=False)] = None,
+        "--json", metavar="FILE|-", show_default=False,
+        help="Write the table as JSON, too; -: to standard output, and the table to standard error.")] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="One a core by default.", show_default=False)] = None,
 ) -> None:
     """Try the numerical hazards and extreme scenes, and print a table. Ends with status 1 if one falls short."""
@@ -44,7 +44,9 @@ def stress(
     try:
         _print(screen, HEAD)
         for case in cases:
-            count = max(case.cases // _QUICK, min(case.cases, _FEWEST)) if quick else case.long_cases if long else case.cases
+            count = case.long_cases if long else case.cases
+            if quick:
+                count = max(count // _QUICK, min(count, _FEWEST))
             with _running(case.name, screen):
                 verdict = _core.run_stress(case.name, count, threads or os.cpu_count() or 1)
             rows.append(row(case, verdict))
