@@ -19,6 +19,15 @@ inline double stretch(const glm::dmat3& m) {
   return std::sqrt(glm::dot(m[0], m[0]) + glm::dot(m[1], m[1]) + glm::dot(m[2], m[2]));
 }
 
+// Around the images of a box's corners. Empty and unbounded boxes stay as they are.
+template <class Map>
+Box map_box(const Map& map, const Box& b) {
+  Box out;
+  if (b.empty() || b.unbounded()) return b;
+  for (int i = 0; i < 8; ++i) out.extend(map.point(b.corner(i)));
+  return out;
+}
+
 struct Affine {
   glm::dmat3 linear{1.0};  // columns
   Vec3 offset{0.0};
@@ -27,13 +36,7 @@ struct Affine {
   Vec3 vector(const Vec3& v) const { return multiply_add(linear, v, Vec3(0.0)); }
   Ray ray(const Ray& r) const { return {point(r.origin), vector(r.direction), r.t_min, r.t_max}; }
 
-  Box box(const Box& b) const {
-    Box out;
-    if (b.empty()) return out;
-    for (int i = 0; i < 8; ++i) out.extend(point(b.corner(i)));
-    return out;
-  }
-
+  Box box(const Box& b) const { return map_box(*this, b); }
   double stretch() const { return tilecast::stretch(linear); }
 
   friend Affine operator*(const Affine& a, const Affine& b) {
@@ -49,6 +52,7 @@ struct InverseAffine {
 
   Vec3 point(const Vec3& p) const { return vector(p - origin); }
   Vec3 vector(const Vec3& v) const { return multiply_add(linear, v, Vec3(0.0)); }
+  Box box(const Box& b) const { return map_box(*this, b); }
   double stretch() const { return tilecast::stretch(linear); }
   Ray ray(const Ray& r) const { return {point(r.origin), vector(r.direction), r.t_min, r.t_max}; }
 };

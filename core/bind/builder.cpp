@@ -95,7 +95,26 @@ void bind_builder(py::module_& module) {
           }, py::arg("min"), py::arg("max"))
       .def("cylinder", [](SceneBuilder& b, double radius, double height) { return b.add_solid(Cylinder{radius, height}); },
            py::arg("radius"), py::arg("height"), "About y, centred, closed.")
+      .def("cone", [](SceneBuilder& b, double radius, double top_radius, double height) {
+            return b.add_solid(Cone{radius, top_radius, height});
+          }, py::arg("radius"), py::arg("top_radius"), py::arg("height"), "About y, centred, closed; radius: of the bottom.")
+      .def("capsule", [](SceneBuilder& b, double radius, double height) { return b.add_solid(Capsule{radius, height}); },
+           py::arg("radius"), py::arg("height"), "About y, centred; height: of the cylindrical part.")
+      .def("torus", [](SceneBuilder& b, double radius, double minor_radius) { return b.add_solid(Torus{radius, minor_radius}); },
+           py::arg("radius"), py::arg("minor_radius"), "About y; minor_radius: of the tube.")
+      .def("rounded_box", [](SceneBuilder& b, const Triple& min, const Triple& max, double radius) {
+            return b.add_solid(RoundedBlock{to_vec(min), to_vec(max), radius});
+          }, py::arg("min"), py::arg("max"), py::arg("radius"))
+      .def("quadric", [](SceneBuilder& b, const std::array<double, 10>& coefficients, const Triple& min, const Triple& max) {
+            return b.add_solid(Quadric::of(coefficients, to_vec(min), to_vec(max)));
+          }, py::arg("coefficients"), py::arg("min"), py::arg("max"),
+          "Where the polynomial of x^2, y^2, z^2, xy, xz, yz, x, y, z and 1 is negative, within the box.")
+      .def("halfspace", [](SceneBuilder& b, const Triple& normal, double offset) {
+            return b.add_solid(Halfspace::of(to_vec(normal), offset));
+          }, py::arg("normal"), py::arg("offset"), "Below the plane at `offset` along the normal. For CSG alone.")
       .def("rectangle", &SceneBuilder::add_rectangle, py::arg("width"), py::arg("depth"), "Open; in the xz plane, facing +y.")
+      .def("disk", [](SceneBuilder& b, double radius) { return b.add_flat(Disk{radius}); }, py::arg("radius"),
+           "Open; in the xz plane, facing +y.")
       .def("mesh", &add_mesh, py::arg("vertices"), py::arg("faces"), py::arg("accelerator") = AcceleratorChoice(),
            "vertices: float64 [n, 3]; faces: uint32 [m, 3], counter-clockwise from outside.")
       .def("csg", [](SceneBuilder& b, const std::string& operation, Instances objects, Matrices matrices, Instances materials) {

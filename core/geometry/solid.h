@@ -1,35 +1,29 @@
 // The solids, each as the intervals in which a whole line is inside it, in double.
 //
-// A solid is centred at the origin of its own space. Sphere: Haines, Gunther and Akenine-Moller, "Precision
-// Improvements for Ray/Sphere Intersection", Ray Tracing Gems (2019), chapter 7; the cylinder's side likewise in its
-// plane; cylinder and box are intersections of intervals, so a rim can never be crossed an odd number of times.
+// A solid is centred at the origin of its own space or brings its own place. Each has a file with what it is, what it
+// refuses (`check`), its `bounds`, where a line is `inside` it, and, for a point of one of its faces, the way `outward`
+// and how to `project` a point near by onto it. Quadratics are solved to the last digits (quadratic.h), so are the
+// torus's quartics (torus.h); no constant here is a distance below which something is taken for zero.
 #pragma once
 
 #include <variant>
 
-#include "base/box.h"
-#include "base/ray.h"
+#include "geometry/block.h"
+#include "geometry/capsule.h"
+#include "geometry/cone.h"
+#include "geometry/cylinder.h"
+#include "geometry/halfspace.h"
+#include "geometry/quadric.h"
+#include "geometry/rounded_block.h"
+#include "geometry/sphere.h"
+#include "geometry/torus.h"
 
 namespace tilecast {
 
-struct Sphere {
-  double radius = 1.0;
-};
-struct Block {  // the axis-aligned box
-  Vec3 lo{-1.0}, hi{1.0};
-};
-struct Cylinder {  // about y, closed by two disks
-  double radius = 1.0, height = 2.0;
-};
-using Solid = std::variant<Sphere, Block, Cylinder>;
+using Solid = std::variant<Sphere, Block, Cylinder, Cone, Capsule, Torus, RoundedBlock, Quadric, Halfspace>;
 
-struct SolidCrossing {
-  double t;
-  double error;  // bound on the error of t
-  int face;      // Sphere: 0. Block: 2 * axis, + 1 at the upper end. Cylinder: 0 side, 1 bottom, 2 top
-  bool entering;
-};
-inline constexpr int kMaxSolidCrossings = 2;
+// Throws Error where a parameter cannot be.
+void check(const Solid& solid);
 
 // All crossings of the whole line, sorted, entries and exits in turn. Returns how many.
 int crossings(const Solid& solid, const Ray& line, SolidCrossing out[kMaxSolidCrossings]);

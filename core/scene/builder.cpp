@@ -1,22 +1,13 @@
 #include "scene/builder.h"
 
-#include <cstdio>
+#include "base/check.h"
 
 namespace tilecast {
 namespace {
 
 constexpr int kMostNesting = 1000;  // of groups in groups: bounds the traversal's recursion
-
-std::string text(double x) {
-  char buffer[40];
-  std::snprintf(buffer, sizeof buffer, "%g", x);
-  return buffer;
-}
-
-void check_positive(double x, const char* name) {
-  if (!(x > 0.0)) throw Error(std::string(name) + ": must be positive, got " + text(x));
-  if (!(x >= 1e-100 && x <= 1e100)) throw Error(std::string(name) + ": must lie between 1e-100 and 1e100, got " + text(x));
-}
+constexpr const char* kUnbounded =
+    "a halfspace has no end: intersect it with something that has, such as a box, or subtract it";
 
 void check_colour(const Rgb& c, const char* name, double most) {
   for (int i = 0; i < 3; ++i)
@@ -35,28 +26,21 @@ uint32_t SceneBuilder::add(Kind kind, size_t index, uint64_t primitives, const B
 }
 
 uint32_t SceneBuilder::add_solid(const Solid& solid) {
-  if (auto* s = std::get_if<Sphere>(&solid)) check_positive(s->radius, "radius");
-  if (auto* c = std::get_if<Cylinder>(&solid)) check_positive(c->radius, "radius"), check_positive(c->height, "height");
-  if (auto* b = std::get_if<Block>(&solid)) {
-    if (!(max_abs(b->lo) <= 1e100 && max_abs(b->hi) <= 1e100)) throw Error("min, max: must be finite and at most 1e100");
-    for (int i = 0; i < 3; ++i)
-      if (!(b->lo[i] < b->hi[i]))
-        throw Error("max[" + std::to_string(i) + "]: must be greater than min, got " + text(b->lo[i]) + " and " + text(b->hi[i]));
-  }
+  check(solid);
   scene_.solids.push_back(solid);
   uint32_t handle = add(Kind::Solid, scene_.solids.size() - 1, face_count(solid), bounds(solid));
   facts_[handle].checked_open = true;
   return handle;
 }
 
-uint32_t SceneBuilder::add_rectangle(double width, double depth) {
-  check_positive(width, "size[0]");
-  check_positive(depth, "size[1]");
-  scene_.rectangles.push_back({width, depth});
-  Vec3 h{0.5 * width, 0.0, 0.5 * depth};
-  uint32_t handle = add(Kind::Rectangle, scene_.rectangles.size() - 1, 1, {-h, h});
+uint32_t SceneBuilder::add_flat(const Flat& flat) {
+  std::visit([](const auto& shape) { check(shape); }, flat);
+  scene_.flats.push_back(flat);
+  Box box = std::visit([](const auto& shape) { return bounds(shape); }, flat);
+  uint32_t handle = add(Kind::Flat, scene_.flats.size() - 1, 1, box);
   facts_[handle].checked_open = true;
-  facts_[handle].open = "a rectangle is open, and CSG needs closed objects";
+  std::string name = std::holds_alternative<Disk>(flat) ? "disk" : "rectangle";
+  facts_[handle].open = "a " + name + " is open, and CSG needs closed objects";
   return handle;
 }
 
@@ -127,6 +111,9 @@ uint32_t SceneBuilder::add_csg(CsgOperation operation, const std::vector<Instanc
 }
 
 uint32_t SceneBuilder::add_group(const std::vector<InstanceSource>& sources, const AcceleratorChoice& choice) {
+  for (size_t i = 0; i < sources.size(); ++i)
+    if (sources[i].object < scene_.objects.size() && scene_.objects[sources[i].object].bounds.unbounded())
+      throw Error("of[" + std::to_string(i) + "]: " + kUnbounded);
   Assembly assembly = Assembly::build(place(sources, "of"), scene_.objects, choice);
   Box box = assembly.bounds;
   uint64_t primitives = assembly.primitives(scene_.objects);
@@ -187,6 +174,7 @@ void SceneBuilder::set_background(const Rgb& radiance) {
 
 std::shared_ptr<const Scene> SceneBuilder::build(uint32_t root, const Options& options) {
   if (root >= scene_.objects.size()) throw Error("root: no such object");
+  if (scene_.objects[root].bounds.unbounded()) throw Error(std::string("root: ") + kUnbounded);
   if (options.max_depth < 1) throw Error("max_depth: must be at least 1");
   scene_.root = root;
   scene_.integrator = options.integrator;

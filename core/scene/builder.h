@@ -18,7 +18,8 @@ class SceneBuilder {
   SceneBuilder();
 
   uint32_t add_solid(const Solid& solid);
-  uint32_t add_rectangle(double width, double depth);
+  uint32_t add_flat(const Flat& flat);
+  uint32_t add_rectangle(double width, double depth) { return add_flat(Rectangle{width, depth}); }
   uint32_t add_mesh(Mesh mesh, const AcceleratorChoice& choice);
   // At least two closed operands; a difference takes all the others from the first.
   uint32_t add_csg(CsgOperation operation, const std::vector<InstanceSource>& operands);
@@ -56,7 +57,8 @@ class SceneBuilder {
   std::vector<Instance> place(const std::vector<InstanceSource>& sources, const char* list) const;
   void note_instances(uint32_t object, const std::vector<Instance>& instances);
   const std::string& why_open(uint32_t object);
-  Csg flatten(const CsgSource& source, const Box& bounds) const;
+  Csg flatten(const CsgSource& source, const Box& bounds);
+  uint32_t cut_off(uint32_t solid, const Box& bounds);
   void finish_reachable();
   double expected_cost(uint32_t object) const;
   void collect_lights(uint32_t object, const Affine& to_world, int material, uint64_t base);

@@ -6,8 +6,8 @@ namespace tilecast {
 
 const std::vector<std::string>& all_features() {
   static const std::vector<std::string> names{
-      "absorption", "area_lights", "background", "conductor", "csg",   "dielectric", "diffuse",     "emission", "hierarchy",
-      "instances",  "mesh",        "mirror",     "point_lights", "rectangle", "shadow_rays", "solid", "texture"};
+      "absorption", "area_lights", "background", "conductor",    "csg",       "dielectric",  "diffuse", "disk",   "emission",
+      "hierarchy",  "instances",   "mesh",       "mirror", "point_lights", "rectangle", "shadow_rays", "solid", "texture"};
   return names;
 }
 
@@ -37,7 +37,9 @@ std::vector<std::string> find_features(const Scene& scene) {
     const Object& object = scene.objects[handle];
     switch (object.kind) {
       case Kind::Solid: use("solid"), placed = true; break;
-      case Kind::Rectangle: use("rectangle"), placed = true; break;
+      case Kind::Flat:
+        use(std::holds_alternative<Disk>(scene.flats[object.index]) ? "disk" : "rectangle"), placed = true;
+        break;
       case Kind::Mesh:
         use("mesh"), placed = true;
         use("hierarchy", scene.meshes[object.index].accelerator().stats().kind != "none");

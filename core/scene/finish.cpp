@@ -9,9 +9,22 @@ constexpr size_t kMostOperands = 10'000'000;  // of one CSG, nested ones multipl
 constexpr size_t kMostLights = 1'000'000;     // further emitters are met by chance alone, which is slower but not wrong
 }  // namespace
 
+// A halfspace as an operand: a solid that ends well outside of what the CSG may fill, given in the operand's space.
+uint32_t SceneBuilder::cut_off(uint32_t handle, const Box& box) {
+  Halfspace halfspace = std::get<Halfspace>(scene_.solids[scene_.objects[handle].index]);
+  halfspace.lo = box.lo;
+  halfspace.hi = box.hi;
+  return add_solid(halfspace);
+}
+
 // Depth first with a stack of its own: a chain of 1e5 operations must not overflow the thread's.
-Csg SceneBuilder::flatten(const CsgSource& source, const Box& bounds) const {
+Csg SceneBuilder::flatten(const CsgSource& source, const Box& bounds) {
   Csg csg;
+  Box around = bounds;
+  if (!bounds.empty()) {
+    double margin = max_component(bounds.hi - bounds.lo) + 0x1p-20 * std::max(max_abs(bounds.lo), max_abs(bounds.hi));
+    around.lo -= margin, around.hi += margin;
+  }
   std::vector<Instance> operands;
   csg.nodes.push_back({source.operation, -1, static_cast<uint32_t>(source.operands.size()), true});
   struct Task {
@@ -35,7 +48,7 @@ Csg SceneBuilder::flatten(const CsgSource& source, const Box& bounds) const {
   while (!tasks.empty()) {
     Task task = tasks.back();
     tasks.pop_back();
-    const Object& object = scene_.objects[task.instance.object];
+    const Object object = scene_.objects[task.instance.object];
     if (object.kind == Kind::Csg || object.kind == Kind::Group) {
       bool is_group = object.kind == Kind::Group;
       const auto& children = is_group ? scene_.groups[object.index].instances : csg_sources_[object.index].operands;
@@ -45,6 +58,8 @@ Csg SceneBuilder::flatten(const CsgSource& source, const Box& bounds) const {
     } else {
       bool inside_out = object.kind == Kind::Mesh && signed_volume(scene_.meshes[object.index].mesh()) < 0.0;
       csg.operands.push_back({task.parent, task.first, inside_out});
+      if (object.bounds.unbounded())
+        task.instance.object = cut_off(task.instance.object, task.instance.to_local.box(around));
       operands.push_back(task.instance);
     }
     if (operands.size() + tasks.size() > kMostOperands) throw Error("a CSG has more than 1e7 operands, nested ones multiplied out");
@@ -68,7 +83,8 @@ void SceneBuilder::finish_reachable() {
     total.seconds += accelerator.stats().seconds;
   };
   while (!pending.empty()) {
-    const Object& object = scene_.objects[pending.back()];
+    const Object object = scene_.objects[pending.back()];  // flattening adds objects
+    seen.resize(scene_.objects.size());
     bool again = seen[pending.back()];
     seen[pending.back()] = true;
     pending.pop_back();
@@ -134,14 +150,20 @@ void SceneBuilder::collect_lights(uint32_t handle, const Affine& to_world, int m
   light.first_primitive = base;
   light.primitives = object.primitives;
   double mirrored = glm::determinant(to_world.linear) < 0.0 ? -1.0 : 1.0;
-  if (object.kind == Kind::Rectangle) {
-    const Rectangle& r = scene_.rectangles[object.index];
-    light.pieces.push_back({to_world.point({-0.5 * r.width, 0.0, -0.5 * r.depth}),
-                            to_world.vector({0.0, 0.0, r.depth}), to_world.vector({r.width, 0.0, 0.0})});
+  if (object.kind == Kind::Flat) {
+    const Flat& flat = scene_.flats[object.index];
+    if (auto* r = std::get_if<Rectangle>(&flat)) {
+      light.pieces.push_back({to_world.point({-0.5 * r->width, 0.0, -0.5 * r->depth}),
+                              to_world.vector({0.0, 0.0, r->depth}), to_world.vector({r->width, 0.0, 0.0})});
+    } else {
+      double radius = std::get<Disk>(flat).radius;
+      light.shape = AreaLight::Shape::Ellipse;
+      light.pieces.push_back({to_world.point(Vec3(0.0)), to_world.vector({0.0, 0.0, radius}), to_world.vector({radius, 0.0, 0.0})});
+    }
     light.flip = mirrored;
   } else if (object.kind == Kind::Mesh) {
     const Mesh& mesh = scene_.meshes[object.index].mesh();
-    light.triangles = true;
+    light.shape = AreaLight::Shape::Triangle;
     light.flip = mirrored;
     for (uint32_t face = 0; face < mesh.faces.size(); ++face) {
       Triangle t = mesh.triangle(face);
@@ -153,8 +175,9 @@ void SceneBuilder::collect_lights(uint32_t handle, const Affine& to_world, int m
     return;  // solids and CSG are met by chance
   }
   double sum = 0.0;
+  double share = light.shape == AreaLight::Shape::Triangle ? 0.5 : light.shape == AreaLight::Shape::Ellipse ? kPi : 1.0;
   for (const AreaLight::Piece& piece : light.pieces)
-    light.cumulative.push_back(sum += glm::length(glm::cross(piece.edge1, piece.edge2)) * (light.triangles ? 0.5 : 1.0));
+    light.cumulative.push_back(sum += share * glm::length(glm::cross(piece.edge1, piece.edge2)));
   if (sum > 0.0) scene_.lights.areas.push_back(std::move(light));
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "base/elementary.h"
+
 namespace tilecast {
 
 void Lights::finish() {
@@ -38,7 +40,7 @@ LightSample sample(const AreaLight& light, double u_piece, const Vec2& u) {
   }
   const AreaLight::Piece& piece = light.pieces[i];
   double a = u.x, b = u.y;
-  if (light.triangles) {  // Heitz, "A Low-Distortion Map Between Triangle and Square", 2019
+  if (light.shape == AreaLight::Shape::Triangle) {  // Heitz, "A Low-Distortion Map Between Triangle and Square", 2019
     if (b > a) {
       a *= 0.5;
       b -= a;
@@ -46,6 +48,12 @@ LightSample sample(const AreaLight& light, double u_piece, const Vec2& u) {
       b *= 0.5;
       a -= b;
     }
+  }
+  if (light.shape == AreaLight::Shape::Ellipse) {  // the affine image of a disk, uniform in the squared radius
+    double sine, cosine, r = std::sqrt(u.x);
+    sincos_2pi(u.y, sine, cosine);
+    a = r * cosine;
+    b = r * sine;
   }
   LightSample out;
   out.point = piece.origin + a * piece.edge1 + b * piece.edge2;

@@ -12,15 +12,15 @@ struct PointLight {
   Rgb intensity;  // radiant intensity, W/sr
 };
 
-// Parallelograms and triangles that emit from their front, with a common radiance: one emitting rectangle or mesh of
-// the scene. Points are uniform over the area.
+// Pieces that emit from their front, with a common radiance: one emitting rectangle, disk or mesh of the scene. Points are uniform over the area.
 struct AreaLight {
+  enum class Shape : uint8_t { Parallelogram, Triangle, Ellipse };
   struct Piece {
-    Vec3 origin, edge1, edge2;  // world space; a triangle where `triangle`
+    Vec3 origin, edge1, edge2;  // world space; of an ellipse the centre and two conjugate radii
   };
   std::vector<Piece> pieces;
   std::vector<double> cumulative;  // area of the pieces up to and with this one
-  bool triangles = false;
+  Shape shape = Shape::Parallelogram;  // of all pieces
   double flip = 1.0;               // -1 where cross(edge1, edge2) points to the back
   Rgb radiance;
   uint64_t first_primitive = 0, primitives = 0;

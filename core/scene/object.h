@@ -1,6 +1,6 @@
 // What a scene is made of. Objects are named by their index in Scene::objects; shared ones are stored once.
 //
-// An object is a solid, a rectangle, a mesh, a CSG of closed objects or a group of instances. Its primitives (faces of
+// An object is a solid, a flat open surface, a mesh, a CSG of closed objects or a group of instances. Its primitives (faces of
 // solids, triangles) are numbered through, instances multiplied out, in the order of the scene: that number names a
 // hit, orders ties, and finds the way back to the instance without the traversal having to remember it.
 #pragma once
@@ -9,12 +9,12 @@
 
 #include "accel/accelerated_mesh.h"
 #include "base/affine.h"
-#include "geometry/rectangle.h"
+#include "geometry/flat.h"
 #include "geometry/solid.h"
 
 namespace tilecast {
 
-enum class Kind : uint8_t { Solid, Rectangle, Mesh, Csg, Group };
+enum class Kind : uint8_t { Solid, Flat, Mesh, Csg, Group };
 
 struct Object {
   Kind kind;

@@ -22,7 +22,7 @@ inline bool is_view(Integrator integrator) { return integrator > Integrator::Whi
 struct Scene {
   std::vector<Object> objects;
   std::vector<Solid> solids;
-  std::vector<Rectangle> rectangles;
+  std::vector<Flat> flats;
   std::vector<AcceleratedMesh> meshes;
   std::vector<Csg> csgs;
   std::vector<Assembly> groups;

@@ -56,9 +56,9 @@ void closest(const Scene& scene, const Object& object, const Ray& ray, uint64_t 
         }
       break;
     }
-    case Kind::Rectangle: {
+    case Kind::Flat: {
       double t;
-      if (intersect(scene.rectangles[object.index], ray, t) && t > ray.t_min)
+      if (intersect(scene.flats[object.index], ray, t) && t > ray.t_min)
         offer({t, base, 0.0, 0.0, ray.direction.y < 0.0});
       break;
     }
@@ -99,10 +99,10 @@ bool occluded(const Scene& scene, const Object& object, const Ray& ray, uint64_t
       occluder = base;
       return std::any_of(list, list + count, [&](const SolidCrossing& c) { return within(c.t); });
     }
-    case Kind::Rectangle: {
+    case Kind::Flat: {
       double t;
       occluder = base;
-      return intersect(scene.rectangles[object.index], ray, t) && within(t);
+      return intersect(scene.flats[object.index], ray, t) && within(t);
     }
     case Kind::Mesh:
       TILECAST_COUNT(mesh);
@@ -203,9 +203,9 @@ void crossings(const Scene& scene, const Object& object, const Ray& line, uint64
       }
       break;
     }
-    case Kind::Rectangle: {
+    case Kind::Flat: {
       double t;
-      if (intersect(scene.rectangles[object.index], line, t))
+      if (intersect(scene.flats[object.index], line, t))
         out.push_back({{t, base, 0.0, 0.0, line.direction.y < 0.0}});
       break;
     }

@@ -85,5 +85,6 @@ void add_instances(std::vector<Case>& out);
 void add_threads(std::vector<Case>& out);
 void add_extreme_geometry(std::vector<Case>& out);
 void add_extreme_light(std::vector<Case>& out);
+void add_solids(std::vector<Case>& out);
 
 }  // namespace tilecast::stress

@@ -1,0 +1,59 @@
+// Where a line lies within a radius of the origin, in space or in a plane: spheres, the sides of cylinders, and what
+// is made of both.
+#pragma once
+
+#include "base/frame.h"
+#include "geometry/interval.h"
+#include "geometry/quadratic.h"
+
+namespace tilecast {
+
+inline double max_abs(const Vec2& v) { return std::max(std::fabs(v.x), std::fabs(v.y)); }
+
+// A line's origin as seen from another place than its own zero.
+template <class V>
+struct Shift {
+  V rest;           // what its coordinates lost to rounding
+  double distance;  // of that place, at most
+};
+
+// Lengths in units of the radius and the direction are brought near 1 by powers of two, so nothing overflows and a
+// scene scaled by a power of two gives the same digits.
+template <class V>
+inline Interval inside_ball(V o, V d, double radius, int face, const Shift<V>* shift = nullptr) {
+  double longest = max_abs(d);
+  double scale = power_below_reciprocal(radius), stretch = power_below_reciprocal(longest);
+  o *= scale;
+  d *= stretch;
+  double r = radius * scale;
+  Twofold a = twofold_dot(d, d), b = twofold_dot(o, d), c = twofold_dot(o, o) - two_product(r, r);
+  if (shift) {
+    V low = shift->rest * scale;
+    b = b + Twofold(glm::dot(low, d));
+    c = c + two_product(2.0, glm::dot(o, low));
+  }
+  Interval interval;
+  if (longest == 0.0) {
+    interval.empty = !(c.value() < 0.0);
+    return interval;
+  }
+  QuadraticRoots roots;
+  if (!solve(a, b, c, roots)) return Interval::nothing();
+  // A line displaced by this much changes the squared distance by 2 r displacement + displacement^2.
+  double displacement = 4 * kUnitRoundoff * (std::sqrt(glm::dot(o, o)) + r + (shift ? shift->distance * scale : 0.0));
+  double unit = stretch / scale;
+  double error = unit * roots.error(a.hi, displacement * (2.0 * r + displacement));
+  interval.enter = {roots.low * unit, error, face, true};
+  interval.exit = {roots.high * unit, error, face, false};
+  if (!(interval.enter.t < interval.exit.t)) interval.empty = true;
+  return interval;
+}
+
+// v brought to the given length; where it has no direction, `otherwise`.
+template <class V>
+inline V of_length(const V& v, double length, const V& otherwise) {
+  double now = std::sqrt(glm::dot(v, v));
+  return now > 0.0 ? v * (length / now) : otherwise;
+}
+
+}  // namespace tilecast
