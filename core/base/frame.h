@@ -26,7 +26,10 @@ inline constexpr double kGrid = 0x1p-36;
 // Rounds to a multiple of 2^-36, then to float.
 inline float to_grid(double x) { return static_cast<float>(std::rint(x * (1.0 / kGrid)) * kGrid); }
 
-// 2^-e for a normal number in [2^e, 2^(e + 1)), with e in [-1022, 1022].
+// 2^e and 2^-e for a normal number in [2^e, 2^(e + 1)), with e in [-1022, 1022].
+inline double power_below(double x) {
+  return std::bit_cast<double>(std::bit_cast<uint64_t>(x) & (uint64_t(0x7ff) << 52));
+}
 inline double power_below_reciprocal(double x) {
   uint64_t exponent = (std::bit_cast<uint64_t>(x) >> 52) & 0x7ff;
   return std::bit_cast<double>((0x7fe - exponent) << 52);

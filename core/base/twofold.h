@@ -44,7 +44,7 @@ inline Twofold operator*(const Twofold& x, const Twofold& y) {
   return ordered_sum(p.hi, p.lo + std::fma(x.hi, y.lo, x.lo * y.hi));
 }
 
-// The scalar product of two vectors of doubles (GLM's, of any length).
+// The scalar product of two vectors of doubles (GLM's, of any length). Not renormalised: the value is that of the sum.
 template <class V>
 inline Twofold twofold_dot(const V& a, const V& b) {
   Twofold sum = two_product(a[0], b[0]);
@@ -53,6 +53,13 @@ inline Twofold twofold_dot(const V& a, const V& b) {
     sum = {next.hi, sum.lo + (next.lo + product.lo)};
   }
   return sum;
+}
+
+// The same of a vector with itself, less x^2.
+template <class V>
+inline Twofold twofold_square(const V& v, double x) {
+  Twofold sum = twofold_dot(v, v), product = two_product(x, x), rest = two_sum(sum.hi, -product.hi);
+  return {rest.hi, sum.lo + (rest.lo - product.lo)};
 }
 
 }  // namespace tilecast

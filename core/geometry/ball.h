@@ -17,6 +17,13 @@ struct Shift {
   double distance;  // of that place, at most
 };
 
+// Whether the line's nearest point is outside for sure: the radius has room for the rounding here.
+template <class V>
+inline bool passes_by(const V& o, const V& d, double radius) {
+  V nearest = o - glm::dot(o, d) / glm::dot(d, d) * d;
+  return glm::dot(nearest, nearest) > radius * radius;
+}
+
 // Lengths in units of the radius and the direction are brought near 1 by powers of two, so nothing overflows and a
 // scene scaled by a power of two gives the same digits.
 template <class V>
@@ -25,8 +32,9 @@ inline Interval inside_ball(V o, V d, double radius, int face, const Shift<V>* s
   double scale = power_below_reciprocal(radius), stretch = power_below_reciprocal(longest);
   o *= scale;
   d *= stretch;
-  double r = radius * scale;
-  Twofold a = twofold_dot(d, d), b = twofold_dot(o, d), c = twofold_dot(o, o) - two_product(r, r);
+  const double r = radius * scale, farthest = max_abs(o);
+  if (passes_by(o, d, r + 0x1p-48 * farthest)) return Interval::nothing();
+  Twofold a = twofold_dot(d, d), b = twofold_dot(o, d), c = twofold_square(o, r);
   if (shift) {
     V low = shift->rest * scale;
     b = b + Twofold(glm::dot(low, d));
@@ -40,8 +48,8 @@ inline Interval inside_ball(V o, V d, double radius, int face, const Shift<V>* s
   QuadraticRoots roots;
   if (!solve(a, b, c, roots)) return Interval::nothing();
   // A line displaced by this much changes the squared distance by 2 r displacement + displacement^2.
-  double displacement = 4 * kUnitRoundoff * (std::sqrt(glm::dot(o, o)) + r + (shift ? shift->distance * scale : 0.0));
-  double unit = stretch / scale;
+  double displacement = 4 * kUnitRoundoff * (farthest + r + (shift ? shift->distance * scale : 0.0));
+  double unit = stretch * power_below(radius);
   double error = unit * roots.error(a.hi, displacement * (2.0 * r + displacement));
   interval.enter = {roots.low * unit, error, face, true};
   interval.exit = {roots.high * unit, error, face, false};

@@ -27,7 +27,10 @@ struct QuadraticRoots {
 
 // False where there are none, or only a double one, or where anything is not finite.
 inline bool solve(const Twofold& a, const Twofold& b, const Twofold& c, QuadraticRoots& out) {
-  out.discriminant = (b * b - a * c).value();
+  // Fused, then the low parts: the rounding of one product is made good by the other's remainder.
+  double product = a.hi * c.hi, remainder = std::fma(a.hi, c.hi, -product);
+  double low = 2.0 * b.hi * b.lo - std::fma(a.hi, c.lo, a.lo * c.hi);
+  out.discriminant = std::fma(b.hi, b.hi, -product) + (low - remainder);
   if (!(out.discriminant > 0.0)) return false;
   out.root = std::sqrt(out.discriminant);
   double q = -(b.hi + std::copysign(out.root, b.hi) + b.lo);

@@ -29,7 +29,8 @@ Box bounds(const RoundedBlock& b) { return {b.lo, b.hi}; }
 Interval inside(const RoundedBlock& b, const Ray& line) {
   const Vec3 &o = line.origin, &d = line.direction;
   Interval whole = Interval::nothing();
-  if (inside_block(b.lo, b.hi, line, 0).empty) return whole;
+  const Interval box = inside_block(b.lo, b.hi, line, 0);
+  if (box.empty) return whole;
   const Box core = inner(b);
   Interval slabs[3];
   const double farthest = std::max(max_abs(b.lo), max_abs(b.hi));
@@ -46,6 +47,10 @@ Interval inside(const RoundedBlock& b, const Ray& line) {
     part.intersect(slabs[j]);
     part.intersect(slabs[k]);
     whole.extend(part);
+  }
+  if (whole.enter.t == box.enter.t && whole.exit.t == box.exit.t) return whole;  // through flat faces
+  for (int i = 0; i < 3; ++i) {
+    int j = (i + 1) % 3, k = (i + 2) % 3;
     for (int side = 0; side < 4; ++side) {  // the edges along i
       const Twofold &u = from[j][side & 1], &v = from[k][side >> 1];
       Shift<Vec2> shift{Vec2(u.lo, v.lo), farthest};
