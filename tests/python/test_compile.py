@@ -92,6 +92,56 @@ def test_an_area_light_shines():
     assert np.array_equal(tilecast.render(tilecast.load(document), samples=2).pixels[0, 0], np.float32([1, 2, 3]))
 
 
+UNIT = {"min": [-1, -1, -1], "max": [1, 1, 1]}
+CUT = {"type": "difference", "of": [SPHERE, {"type": "halfspace", "normal": [0, 0, -3], "offset": -0.5}]}
+
+
+@pytest.mark.parametrize("solid, x, y, z", [
+    ({"type": "cylinder", "radius": 2, "height": 1}, 1, 0, np.sqrt(3)),
+    ({"type": "cone", "radius": 1, "height": 2}, 0, 0, 0.5),
+    ({"type": "cone", "radius": 1, "top_radius": 2, "height": 2}, 0, 0, 1.5),
+    ({"type": "capsule", "radius": 1, "height": 2}, 0, 1.6, 0.8),
+    ({"type": "torus", "radius": 2, "minor_radius": 0.5}, 0, 0, 2.5),
+    ({"type": "torus", "radius": 2, "minor_radius": 0.5}, 0, 0.3, 2.4),
+    ({"type": "box", **UNIT, "radius": 0.5}, 0, 0.8, 0.9),
+    ({"type": "box", **UNIT}, 0, 0.8, 1),
+    ({"type": "quadric", "coefficients": [0, -1, 1, 0, 0, 0, 0, 0, 0, -0.36], **UNIT}, 0, 0.8, 1),
+    ({"type": "quadric", "coefficients": [0, -1, 1, 0, 0, 0, 0, 0, 0, -0.09], **UNIT}, 0, 0.4, 0.5),
+    ({"type": "disk", "radius": 2, "transform": [{"rotate": [90, 0, 0]}]}, 1, 1, 0),
+    (CUT, 0, 0, 0.5),
+    ({**CUT, "type": "intersection"}, 0.6, 0, 0.8),
+    ({**CUT, "type": "intersection", "of": CUT["of"][::-1], "transform": [{"rotate": [0, 180, 0]}]}, 0, 0, -0.5),
+])
+def test_a_solid_is_hit_where_it_should_be(solid, x, y, z):
+    assert hit(tilecast.load(minimal(scene=[{"object": solid}])), x, y) == pytest.approx(z, rel=1e-12)
+
+
+def test_a_halfspace_by_itself_is_refused_where_it_stands():
+    halfspace = {"type": "halfspace", "normal": [0, 1, 0]}
+    wedge = {"type": "intersection", "of": [halfspace, {**halfspace, "transform": [{"rotate": [0, 0, 50]}]}]}
+    for endless in (halfspace, wedge):
+        error = refused(minimal(scene=[{"object": SPHERE}, {"object": endless}]))
+        assert error.path == "scene[1]"
+        assert "a halfspace has no end: intersect it" in error.message
+        error = refused(minimal(objects={"g": {"type": "group", "of": [endless]}}, scene=[{"object": "g"}]))
+        assert error.path == "objects.g.of[0]"
+
+
+@pytest.mark.parametrize("next_event", [True, False])
+def test_a_disk_lights_the_floor_below_it(next_event):
+    """Radiance L of a disk of radius r at height h: a floor of reflectance a below its middle has a L r^2 / (r^2 +
+    h^2)."""
+    document = minimal(
+        image={"width": 1, "height": 1}, camera={"position": [0, 1, 4], "target": [0, 0, 0], "fov": 0.01},
+        render={"max_depth": 2, "samples": 4096, "next_event": next_event},
+        scene=[{"object": {"type": "rectangle", "size": [9, 9]}, "material": "floor"}],
+        materials={"floor": {"type": "diffuse", "reflectance": [0.5, 0.5, 0.5]}},
+        lights=[{"type": "area", "object": {"type": "disk", "radius": 2}, "radiance": [8, 8, 8],
+                 "transform": [{"rotate": [180, 0, 0]}, {"translate": [0, 3, 0]}]}])
+    image = tilecast.render(tilecast.load(document))
+    assert image.pixels[0, 0, 0] == pytest.approx(0.5 * 8 * 4 / 13, rel=0.02)
+
+
 def test_what_is_named_is_compiled_once(tmp_path, monkeypatch):
     made = []
     real = _core.SceneBuilder

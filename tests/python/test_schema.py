@@ -64,7 +64,8 @@ def test_the_schema_is_one_of_discriminated_unions(validator):
     kinds = schema["$defs"]["Object"]
     assert kinds["discriminator"]["propertyName"] == "type"
     assert set(kinds["discriminator"]["mapping"]) == {
-        "sphere", "box", "cylinder", "rectangle", "mesh", "union", "intersection", "difference", "group"}
+        "sphere", "box", "cylinder", "cone", "capsule", "torus", "quadric", "halfspace", "rectangle", "disk", "mesh",
+        "union", "intersection", "difference", "group"}
     assert "title" not in json.dumps(schema["$defs"]["Sphere"]["properties"])
     text = json.dumps(schema)
     assert "~" not in text and "Union_" not in text and "_Csg" not in text
@@ -72,7 +73,7 @@ def test_the_schema_is_one_of_discriminated_unions(validator):
 
 
 @pytest.mark.parametrize("setting", ["camera=1", "objects.part.of[1].radius=-1", "render.samples=0", "image.width=20000",
-                                     "foo=1", "objects.part.type=cone", "scene[0].transform=[{}]", "version=3"])
+                                     "foo=1", "objects.part.type=prism", "scene[0].transform=[{}]", "version=3"])
 def test_the_schema_refuses_what_the_parser_refuses(setting, validator):
     document = override(example(), [setting])
     assert not validator.is_valid(document)

@@ -14,6 +14,7 @@ from .paths import Part, text
 Path = tuple[Part, ...]
 
 _CSG = (schema.Union, schema.Intersection, schema.Difference)
+_THIN = {schema.Rectangle: "box", schema.Disk: "cylinder"}  # what is open, and the solid to take for it
 
 
 def walk(scene: schema.Scene) -> Iterator[tuple[Path, Any]]:
@@ -124,9 +125,11 @@ def _operands(scene: schema.Scene, nodes: list[tuple[Path, Any]]) -> Iterator[tu
     for path, node in nodes:
         if isinstance(node, _CSG):
             for index, operand in enumerate(node.of):
-                if isinstance(resolve(scene, operand), schema.Rectangle):
-                    yield ((*path, "of", index),
-                           f"a rectangle is open and has no inside: a {node.type} takes closed objects (use a thin box)")
+                placed = resolve(scene, operand)
+                if type(placed) in _THIN:
+                    solid = _THIN[type(placed)]
+                    yield ((*path, "of", index), f"a {placed.type} is open and has no inside: a {node.type} takes "
+                                                 f"closed objects (use a thin {solid})")
 
 
 def _area_lights(scene: schema.Scene, nodes: list[tuple[Path, Any]]) -> Iterator[tuple[Path, str]]:

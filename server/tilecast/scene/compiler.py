@@ -221,12 +221,26 @@ class _Compiler:
             match node:
                 case schema.Sphere():
                     return builder.sphere(node.radius)
-                case schema.Box():
+                case schema.Box(radius=None):
                     return builder.box(node.min, node.max)
+                case schema.Box():
+                    return builder.rounded_box(node.min, node.max, node.radius)
                 case schema.Cylinder():
                     return builder.cylinder(node.radius, node.height)
+                case schema.Cone():
+                    return builder.cone(node.radius, node.top_radius, node.height)
+                case schema.Capsule():
+                    return builder.capsule(node.radius, node.height)
+                case schema.Torus():
+                    return builder.torus(node.radius, node.minor_radius)
+                case schema.Quadric():
+                    return builder.quadric(node.coefficients, node.min, node.max)
+                case schema.Halfspace():
+                    return builder.halfspace(node.normal, node.offset)
                 case schema.Rectangle():
                     return builder.rectangle(*node.size)
+                case schema.Disk():
+                    return builder.disk(node.radius)
         raise TypeError(f"no way to compile a {type(node).__name__}")
 
     def _operands(self, path: Path, node: Any) -> list[_Placed]:

@@ -32,6 +32,7 @@ def _whole(value: Any) -> Any:
 SMALLEST, LARGEST, BRIGHTEST = 1e-100, 1e100, 1e30
 
 Positive = Annotated[float, Field(ge=SMALLEST, le=LARGEST)]
+NotNegative = Annotated[float, Field(ge=0, le=LARGEST)]
 Coordinate = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 Fraction = Annotated[float, Field(ge=0, le=1)]
 Integer = Annotated[int, BeforeValidator(_whole)]

@@ -15,7 +15,9 @@ from pydantic import BeforeValidator, Field, field_validator, model_validator
 from pydantic.json_schema import GenerateJsonSchema
 from typing_extensions import TypeAliasType
 
-from .fields import Coordinate, Integer, Model, Name, Positive, Radiance, Vector, choice, fault, name_or_inline, whole
+from .fields import (
+    SMALLEST, Coordinate, Integer, Model, Name, NotNegative, Positive, Radiance, Vector, choice, fault, name_or_inline,
+    whole)
 from .geometry import check_faces, check_file
 from .materials import Checker, Conductor, Dielectric, Diffuse, Material, MaterialChoice, Mirror
 from .steps import AxisAngle, MatrixStep, Rotate, Scale, Step, Transform, Translate
@@ -45,9 +47,7 @@ class Sphere(_Object):
     radius: Positive
 
 
-class Box(_Object):
-    """A box along the axes."""
-    type: Literal["box"]
+class _Boxed(_Object):
     min: Vector
     max: Vector
 
@@ -59,6 +59,20 @@ class Box(_Object):
         return self
 
 
+class Box(_Boxed):
+    """A box along the axes."""
+    type: Literal["box"]
+    radius: Positive | None = None
+    """Rounds edges and corners off: at most half the shortest side."""
+
+    @model_validator(mode="after")
+    def _room_to_round(self):
+        most = min(high - low for low, high in zip(self.min, self.max)) / 2
+        if self.radius is not None and self.radius > most:
+            raise fault(f"must be at most half the shortest side, {most:g}, got {self.radius:g}", "radius")
+        return self
+
+
 class Cylinder(_Object):
     """A closed cylinder about the y axis, centred at the origin."""
     type: Literal["cylinder"]
@@ -66,11 +80,89 @@ class Cylinder(_Object):
     height: Positive
 
 
+class Cone(_Object):
+    """A closed cone about the y axis, centred at the origin; with a `top_radius` its frustum."""
+    type: Literal["cone"]
+    radius: NotNegative
+    """Of the bottom."""
+    top_radius: NotNegative = 0.0
+    height: Positive
+
+    @model_validator(mode="after")
+    def _not_a_line(self):
+        if self.radius == self.top_radius == 0:
+            raise fault("must be positive where top_radius is 0, got 0", "radius")
+        return self
+
+
+class Capsule(_Object):
+    """All that lies within `radius` of a segment of the y axis, centred at the origin."""
+    type: Literal["capsule"]
+    radius: Positive
+    height: Positive
+    """Of the cylindrical part; over all it is two radii more."""
+
+
+class Torus(_Object):
+    """A ring about the y axis, centred at the origin."""
+    type: Literal["torus"]
+    radius: Positive
+    """From the axis to the middle of the tube."""
+    minor_radius: Positive
+    """Of the tube."""
+
+    @model_validator(mode="after")
+    def _a_ring(self):
+        if self.minor_radius > self.radius:
+            raise fault(f"must be at most radius = {self.radius:g}, got {self.minor_radius:g}", "minor_radius")
+        return self
+
+
+class Quadric(_Boxed):
+    """Where a polynomial of second degree is negative, within a box along the axes."""
+    type: Literal["quadric"]
+    coefficients: Annotated[list[Coordinate], Field(min_length=10, max_length=10)]
+    """Of x^2, y^2, z^2, xy, xz, yz, x, y, z and 1."""
+
+    @field_validator("coefficients")
+    @classmethod
+    def _a_surface(cls, coefficients):
+        largest = max(map(abs, coefficients[:9]))
+        if largest == 0:
+            raise fault("must not all be 0 but for the last: that is no surface")
+        if largest < SMALLEST:
+            raise fault(f"must have one of at least {SMALLEST:g} before the last, got {largest:g}")
+        return coefficients
+
+
+class Halfspace(_Object):
+    """All that lies below a plane. It has no end, so it is for CSG: intersect it with something that has, or
+    subtract it."""
+    type: Literal["halfspace"]
+    normal: Vector
+    """Away from the inside; of any length."""
+    offset: Coordinate = 0.0
+    """Of the plane from the origin, along the normal, metres."""
+
+    @field_validator("normal")
+    @classmethod
+    def _a_direction(cls, normal):
+        if max(map(abs, normal)) < SMALLEST:
+            raise fault(f"must have a component of at least {SMALLEST:g}" if any(normal) else "must not be [0, 0, 0]")
+        return normal
+
+
 class Rectangle(_Object):
     """A flat rectangle in the plane y = 0, centred at the origin; its normal is +y."""
     type: Literal["rectangle"]
     size: Annotated[list[Positive], Field(min_length=2, max_length=2)]
     """Along x and along z, metres."""
+
+
+class Disk(_Object):
+    """A flat disk in the plane y = 0, centred at the origin; its normal is +y."""
+    type: Literal["disk"]
+    radius: Positive
 
 
 class Mesh(_Object):
@@ -132,7 +224,8 @@ class Group(_Object):
 
 
 Object = TypeAliasType("Object", Annotated[
-    OneOf[Sphere, Box, Cylinder, Rectangle, Mesh, Union, Intersection, Difference, Group],
+    OneOf[Sphere, Box, Cylinder, Cone, Capsule, Torus, Quadric, Halfspace, Rectangle, Disk, Mesh, Union, Intersection,
+          Difference, Group],
     Field(discriminator="type")])
 ObjectChoice = TypeAliasType("ObjectChoice", choice(name_or_inline, name=Name, inline=Object))
 
