@@ -17,15 +17,17 @@ inline void check(const Block& b) {
     throw Error("min, max: must be finite and at most 1e100");
   for (int i = 0; i < 3; ++i)
     if (!(b.lo[i] < b.hi[i]))
-      throw Error("max[" + std::to_string(i) + "]: must be greater than min, got " + text(b.lo[i]) + " and " + text(b.hi[i]));
+      throw Error("max[" + std::to_string(i) + "]: must be greater than min, got " + text(b.lo[i]) + " and " +
+                  text(b.hi[i]));
 }
 inline Box bounds(const Block& b) { return {b.lo, b.hi}; }
 
 // Faces are numbered from `first_face`.
 inline Interval inside_block(const Vec3& lo, const Vec3& hi, const Ray& line, int first_face) {
+  const Vec3 &o = line.origin, &d = line.direction;
   Interval interval;
-  for (int i = 0; i < 3; ++i)
-    interval.intersect(inside_slab(line.origin[i], line.direction[i], lo[i], hi[i], first_face + 2 * i, first_face + 2 * i + 1));
+  for (int i = 0, face = first_face; i < 3; ++i, face += 2)
+    interval.intersect(inside_slab(o[i], d[i], lo[i], hi[i], face, face + 1));
   return interval;
 }
 inline Vec3 block_outward(int face) {

@@ -1,7 +1,7 @@
 // A cone or frustum about y, centred, closed by disks. Faces: 0 side, 1 bottom, 2 top.
 //
-// The side is where (height rho)^2 < w^2, w = height * radius at the point's y: a quadric of two nappes, of which a line
-// meets the one with w > 0 in an interval; the slab between the disks cuts it. At the apex both end in the same point.
+// The side is where (height rho)^2 < w^2, w = height * radius at the point's y: a quadric of two nappes, of which a
+// line meets the one with w > 0 in an interval; the slab between the disks cuts it. At the apex both end in one point.
 #pragma once
 
 #include "base/box.h"

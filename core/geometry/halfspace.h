@@ -27,7 +27,8 @@ struct Halfspace {
 };
 
 inline void check(const Halfspace& h) {
-  if (!(std::fabs(h.offset) <= kLongest)) throw Error("offset: must lie between -1e100 and 1e100, got " + text(h.offset));
+  if (!(std::fabs(h.offset) <= kLongest))
+    throw Error("offset: must lie between -1e100 and 1e100, got " + text(h.offset));
 }
 inline Box bounds(const Halfspace& h) { return {h.lo, h.hi}; }
 
@@ -47,7 +48,9 @@ inline Interval inside(const Halfspace& h, const Ray& line) {
   return interval;
 }
 
-inline Vec3 outward(const Halfspace& h, int face, const Vec3&) { return face == 0 ? h.normal : block_outward(face - 1); }
+inline Vec3 outward(const Halfspace& h, int face, const Vec3&) {
+  return face == 0 ? h.normal : block_outward(face - 1);
+}
 inline Vec3 project(const Halfspace& h, int face, const Vec3& p) {
   if (face != 0) return block_project(h.lo, h.hi, face - 1, p);
   return p - (twofold_dot(h.normal, p) - h.offset).value() * h.normal;

@@ -61,7 +61,8 @@ double root_between(const P& p, double low, double high, bool rises, double gues
 // The roots of p in low .. high, given those of its derivative: between two of them p is monotone. Where a sign change
 // is within rounding it may be missed or made up; the next polynomial's values there hardly differ.
 template <size_t N>
-int roots_between(const std::array<double, N>& p, double low, double high, const double* extrema, int count, double* out) {
+int roots_between(const std::array<double, N>& p, double low, double high, const double* extrema, int count,
+                  double* out) {
   int found = 0;
   double from = low;
   bool before = evaluate(p, from).value > 0.0;

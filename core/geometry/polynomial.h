@@ -14,8 +14,8 @@ namespace tilecast {
 using Quartic = std::array<Twofold, 5>;  // lowest power first
 
 // The ends of the intervals within low .. high in which the quartic is negative, sorted. It is taken to be positive at
-// low and high themselves, so the number of ends is even, and at most 4. The low parts are what rounding took: a sum that
-// cancels with the high parts keeps its digits.
+// low and high themselves, so the number of ends is even, and at most 4. The low parts are what rounding took: a sum
+// that cancels with the high parts keeps its digits.
 int negative_between(const Quartic& p, double low, double high, Twofold out[4]);
 
 // A bound on how far the root can move when the quartic's values are off by at most `perturbation`; `most` where they

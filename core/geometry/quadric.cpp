@@ -34,9 +34,10 @@ Quadric Quadric::of(std::array<double, 10> coefficients, const Vec3& lo, const V
   check(Block{lo, hi});
   double largest = 0.0;
   for (int i = 0; i < 10; ++i) {
-    if (!(std::fabs(coefficients[i]) <= kLongest))
-      throw Error("coefficients[" + std::to_string(i) + "]: must lie between -1e100 and 1e100, got " + text(coefficients[i]));
-    if (i < 9) largest = std::max(largest, std::fabs(coefficients[i]));
+    double c = coefficients[i];
+    if (!(std::fabs(c) <= kLongest))
+      throw Error("coefficients[" + std::to_string(i) + "]: must lie between -1e100 and 1e100, got " + text(c));
+    if (i < 9) largest = std::max(largest, std::fabs(c));
   }
   if (largest == 0.0) throw Error("coefficients: must not all be 0 but for the last: that is no surface");
   if (largest < kShortest) throw Error("coefficients: the largest must be at least 1e-100, got " + text(largest));

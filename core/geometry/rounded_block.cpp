@@ -21,7 +21,8 @@ void check(const RoundedBlock& b) {
   check_positive(b.radius, "radius");
   Vec3 size = b.hi - b.lo;
   double most = 0.5 * std::min({size.x, size.y, size.z});
-  if (!(b.radius <= most)) throw Error("radius: must be at most half the shortest side, " + text(most) + ", got " + text(b.radius));
+  if (!(b.radius <= most))
+    throw Error("radius: must be at most half the shortest side, " + text(most) + ", got " + text(b.radius));
 }
 
 Box bounds(const RoundedBlock& b) { return {b.lo, b.hi}; }

@@ -14,7 +14,8 @@ Quartic quartic(const Vec3& o, const Vec3& rest, const Vec3& d, double major, do
   Twofold a = l2 + two_product(d.y, d.y), b = l1 + y * d.y;
   Twofold k = l0 + y * y + two_sum(major, -minor) * two_sum(major, minor);
   Twofold four = two_product(2.0 * major, 2.0 * major);
-  return {{k * k - four * l0, 4.0 * (b * k) - 2.0 * (four * l1), 4.0 * (b * b) + 2.0 * (a * k) - four * l2, 4.0 * (a * b), a * a}};
+  return {{k * k - four * l0, 4.0 * (b * k) - 2.0 * (four * l1), 4.0 * (b * b) + 2.0 * (a * k) - four * l2,
+           4.0 * (a * b), a * a}};
 }
 
 }  // namespace

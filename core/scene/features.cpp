@@ -6,8 +6,8 @@ namespace tilecast {
 
 const std::vector<std::string>& all_features() {
   static const std::vector<std::string> names{
-      "absorption", "area_lights", "background", "conductor",    "csg",       "dielectric",  "diffuse", "disk",   "emission",
-      "hierarchy",  "instances",   "mesh",       "mirror", "point_lights", "rectangle", "shadow_rays", "solid", "texture"};
+      "absorption", "area_lights", "background", "conductor", "csg",          "dielectric", "diffuse",     "disk",  "emission",
+      "hierarchy",  "instances",   "mesh",       "mirror",    "point_lights", "rectangle",  "shadow_rays", "solid", "texture"};
   return names;
 }
 

@@ -158,7 +158,8 @@ void SceneBuilder::collect_lights(uint32_t handle, const Affine& to_world, int m
     } else {
       double radius = std::get<Disk>(flat).radius;
       light.shape = AreaLight::Shape::Ellipse;
-      light.pieces.push_back({to_world.point(Vec3(0.0)), to_world.vector({0.0, 0.0, radius}), to_world.vector({radius, 0.0, 0.0})});
+      light.pieces.push_back({to_world.point(Vec3(0.0)), to_world.vector({0.0, 0.0, radius}),
+                              to_world.vector({radius, 0.0, 0.0})});
     }
     light.flip = mirrored;
   } else if (object.kind == Kind::Mesh) {

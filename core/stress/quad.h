@@ -27,7 +27,8 @@ struct QuadPoint {
   Quad operator[](int i) const { return i == 0 ? x : i == 1 ? y : z; }
 };
 inline QuadPoint at(const Ray& line, Quad t) {
-  return {line.origin.x + t * line.direction.x, line.origin.y + t * line.direction.y, line.origin.z + t * line.direction.z};
+  const Vec3 &o = line.origin, &d = line.direction;
+  return {o.x + t * d.x, o.y + t * d.y, o.z + t * d.z};
 }
 
 // Negative inside.
@@ -65,8 +66,8 @@ inline Quad implicit(const RoundedBlock& b, const QuadPoint& p) {
 inline Quad implicit(const Quadric& q, const QuadPoint& p) {
   const auto& c = q.coefficients;
   Quad x = p.x / q.unit, y = p.y / q.unit, z = p.z / q.unit;
-  Quad f = c[0] * x * x + c[1] * y * y + c[2] * z * z + c[3] * x * y + c[4] * x * z + c[5] * y * z + c[6] * x + c[7] * y +
-           c[8] * z + c[9];
+  Quad f = c[0] * x * x + c[1] * y * y + c[2] * z * z + c[3] * x * y + c[4] * x * z + c[5] * y * z + c[6] * x +
+           c[7] * y + c[8] * z + c[9];
   return larger(f, implicit(q.lo, q.hi, p));
 }
 inline Quad implicit(const Halfspace& h, const QuadPoint& p) {

@@ -13,7 +13,9 @@ using Random = std::mt19937_64;
 inline double uniform(Random& random, double low, double high) {
   return std::uniform_real_distribution<double>(low, high)(random);
 }
-inline double power_of_ten(Random& random, double low, double high) { return std::pow(10.0, uniform(random, low, high)); }
+inline double power_of_ten(Random& random, double low, double high) {
+  return std::pow(10.0, uniform(random, low, high));
+}
 
 inline Quadric random_quadric(Random& random, double scale) {
   static constexpr std::array<double, 10> kNamed[] = {
@@ -31,25 +33,31 @@ inline Quadric random_quadric(Random& random, double scale) {
   if (random() % 3 == 0)
     for (double& x : c) x = uniform(random, -1, 1);
   for (int i = 0; i < 10; ++i) c[i] *= i < 6 ? 1.0 : i < 9 ? scale : scale * scale;
-  return Quadric::of(c, -scale * Vec3(1.0, uniform(random, 0.1, 2), 1.0), scale * Vec3(1.0, 1.5, uniform(random, 0.1, 2)));
+  Vec3 lo = -scale * Vec3(1.0, uniform(random, 0.1, 2), 1.0), hi = scale * Vec3(1.0, 1.5, uniform(random, 0.1, 2));
+  return Quadric::of(c, lo, hi);
 }
 
 inline constexpr int kSolidKinds = std::variant_size_v<Solid>;
 
 // Sizes 1e-6 .. 1e6, ratios of sizes up to 1e3.
 inline Solid random_solid(int kind, Random& random) {
-  double scale = power_of_ten(random, -6, 6), ratio = power_of_ten(random, -3, 0), flip = random() & 1 ? ratio : 1.0 / ratio;
+  double scale = power_of_ten(random, -6, 6), ratio = power_of_ten(random, -3, 0);
+  double flip = random() & 1 ? ratio : 1.0 / ratio;
   Vec3 lo = -scale * Vec3(1.0, uniform(random, -0.9, 2), ratio), hi = scale * Vec3(uniform(random, -0.9, 2), 1.0, ratio);
   switch (kind) {
     case 0: return Sphere{scale};
     case 1: return Block{lo, hi};
     case 2: return Cylinder{scale, scale * flip};
-    case 3: return Cone{scale, random() & 1 ? 0.0 : scale * (random() & 1 ? flip : uniform(random, 0, 1)), scale * uniform(random, 0.1, 4)};
+    case 3: {
+      double tops[] = {0.0, flip, uniform(random, 0, 1)};
+      return Cone{scale, scale * tops[random() % 3], scale * uniform(random, 0.1, 4)};
+    }
     case 4: return Capsule{scale, scale * flip};
     case 5: return Torus{scale, random() & 7 ? scale * ratio : scale};
     case 6: {
       Vec3 size = hi - lo;
-      return RoundedBlock{lo, hi, 0.5 * std::min({size.x, size.y, size.z}) * (random() & 3 ? uniform(random, 0.01, 0.99) : 1.0)};
+      double most = 0.5 * std::min({size.x, size.y, size.z});
+      return RoundedBlock{lo, hi, random() & 3 ? most * uniform(random, 0.01, 0.99) : most};
     }
     case 7: return random_quadric(random, scale);
     default: {
@@ -73,8 +81,10 @@ inline Vec3 awkward_point(const Solid& solid, Random& random) {
   if (auto* c = std::get_if<Cone>(&solid)) return ring(side < 0.0 ? c->radius : c->top_radius, side * c->height);
   if (auto* c = std::get_if<Capsule>(&solid))
     return random() & 1 ? ring(c->radius, side * c->height) : ring(0.0, side * (c->height + 2.0 * c->radius));
-  if (auto* t = std::get_if<Torus>(&solid))
-    return random() & 1 ? ring(t->radius, 2.0 * side * t->minor_radius) : ring(t->radius + 2.0 * side * t->minor_radius, 0.0);
+  if (auto* t = std::get_if<Torus>(&solid)) {
+    double aside = 2.0 * side * t->minor_radius;
+    return random() & 1 ? ring(t->radius, aside) : ring(t->radius + aside, 0.0);
+  }
   Box box = bounds(solid);
   if (auto* b = std::get_if<RoundedBlock>(&solid)) {  // where flat turns round
     box.lo += b->radius, box.hi -= b->radius;

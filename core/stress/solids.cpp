@@ -19,8 +19,10 @@ struct Crossings {
   Crossings(const Solid& solid, const Ray& line) : count(crossings(solid, line, item)) {}
   bool in_order() const {
     bool good = count % 2 == 0;
-    for (int i = 0; i < count; ++i)
-      good = good && std::isfinite(item[i].t) && item[i].entering == (i % 2 == 0) && (i == 0 || item[i - 1].t < item[i].t);
+    for (int i = 0; i < count; ++i) {
+      bool later = i == 0 || item[i - 1].t < item[i].t;
+      good = good && std::isfinite(item[i].t) && item[i].entering == (i % 2 == 0) && later;
+    }
     return good;
   }
 };
@@ -49,7 +51,8 @@ double far_sphere(Random& random, uint64_t) {
   Sphere sphere{power_of_ten(random, -6, 6)};
   Vec3 direction = random_direction(random), aside = glm::normalize(glm::cross(direction, random_direction(random)));
   double miss = random() & 1 ? uniform(random, 0, 1) : 1.0 - power_of_ten(random, -12, 0);
-  Ray line{sphere.radius * (miss * aside - power_of_ten(random, 0, 8) * direction), direction * power_of_ten(random, -3, 3)};
+  Vec3 origin = sphere.radius * (miss * aside - power_of_ten(random, 0, 8) * direction);
+  Ray line{origin, direction * power_of_ten(random, -3, 3)};
   const Vec3 &o = line.origin, &d = line.direction;
   Quad a = square(d.x) + square(d.y) + square(d.z), b = Quad(o.x) * d.x + Quad(o.y) * d.y + Quad(o.z) * d.z;
   QuadPoint nearest = at(line, -b / a);
@@ -112,7 +115,8 @@ Torus random_torus(Random& random) {
 // A line near a point of the surface or of the tube's middle; half of them nearly touch there.
 Ray line_at_torus(const Torus& torus, double most_radii, Random& random) {
   double u = 2 * kPi * uniform(random, 0, 1), v = 2 * kPi * uniform(random, 0, 1);
-  Vec3 out(std::cos(u), 0.0, std::sin(u)), normal = out * std::cos(v) + Vec3(0.0, std::sin(v), 0.0), direction = random_direction(random);
+  Vec3 out(std::cos(u), 0.0, std::sin(u)), normal = out * std::cos(v) + Vec3(0.0, std::sin(v), 0.0);
+  Vec3 direction = random_direction(random);
   double depth = 1.0;
   if (random() & 1) {
     direction = glm::normalize(glm::cross(normal, direction));
@@ -120,9 +124,11 @@ Ray line_at_torus(const Torus& torus, double most_radii, Random& random) {
   } else {
     depth = uniform(random, 0, 1);
   }
-  if (random() % 4 == 0) direction = glm::normalize(Vec3(-out.z, 0.1 * uniform(random, -1, 1), out.x));  // along the tube
+  if (random() % 4 == 0)  // along the tube
+    direction = glm::normalize(Vec3(-out.z, 0.1 * uniform(random, -1, 1), out.x));
   Vec3 target = torus.radius * out + depth * torus.minor_radius * normal;
-  return {target - torus.radius * power_of_ten(random, -1, most_radii) * direction, direction * power_of_ten(random, -2, 2)};
+  Vec3 origin = target - torus.radius * power_of_ten(random, -1, most_radii) * direction;
+  return {origin, direction * power_of_ten(random, -2, 2)};
 }
 
 // The exact count, unless it changes when the tube's radius does by 4 ulp of the line's and the torus's coordinates.
@@ -162,7 +168,8 @@ double thin_torus(Random& random, uint64_t) {
   Crossings found(torus, line);
   for (int i = 0; i < found.count; ++i) {
     const SolidCrossing& c = found.item[i];
-    bool before = implicit(torus, at(line, Quad(c.t) - c.error)) > 0, after = implicit(torus, at(line, Quad(c.t) + c.error)) > 0;
+    bool before = implicit(torus, at(line, Quad(c.t) - c.error)) > 0;
+    bool after = implicit(torus, at(line, Quad(c.t) + c.error)) > 0;
     // Two crossings within their bounds of each other may be none.
     const SolidCrossing& partner = found.item[i ^ 1];
     bool apart = std::fabs(c.t - partner.t) > c.error + partner.error;

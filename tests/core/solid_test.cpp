@@ -51,12 +51,14 @@ TEST_P(EverySolid, IsCrossedWhereItsFunctionChangesSign) {
     }
     if (in_a_face(s, ray)) continue;
     // Points of the line, but for those within the error bounds of a crossing; more of them just outside of these.
-    double length = std::sqrt(glm::dot(ray.direction, ray.direction)), middle = -glm::dot(ray.origin, ray.direction) / (length * length);
+    double length = std::sqrt(glm::dot(ray.direction, ray.direction));
+    double middle = -glm::dot(ray.origin, ray.direction) / (length * length);
     double reach = 1.5 * (max_abs(bounds(s).lo) + max_abs(bounds(s).hi)) / length;
     std::vector<double> points;
     for (int k = 0; k < 12; ++k) points.push_back(middle + uniform(random, -reach, reach));
     for (int k = 0; k < count; ++k)
-      for (double side : {-1.01, 1.01, -1e3, 1e3}) points.push_back(list[k].t + side * (list[k].error + kUnitRoundoff * std::fabs(list[k].t)));
+      for (double side : {-1.01, 1.01, -1e3, 1e3})
+        points.push_back(list[k].t + side * (list[k].error + kUnitRoundoff * std::fabs(list[k].t)));
     for (double t : points) {
       bool sure = true, inside = false;
       for (int k = 0; k < count; ++k) {
@@ -103,9 +105,10 @@ TEST_P(EverySolid, BringsAPointOntoItsSurfaceAndKnowsTheWayOut) {
         return implicit(s, {Quad(p.x) + side * n.x, Quad(p.y) + side * n.y, Quad(p.z) + side * n.z});
       };
       ASSERT_GT(beyond(1.0), 0) << "case " << i << ", face " << list[k].face;
-      // At an edge the way in may lead out through another face.
-      Vec3 far = project(s, list[k].face, ray.at(list[k].t)) - ray.at(list[k].t);
-      ASSERT_LE(max_abs(far), 1e-10 * (max_abs(ray.origin) + size_of(s))) << "case " << i;
+      // No farther than the line's own rounding, and the crossing's error along it.
+      Vec3 moved = p - ray.at(list[k].t);
+      double reach = 64 * kUnitRoundoff * (max_abs(ray.origin) + size_of(s)) + list[k].error * max_abs(ray.direction);
+      ASSERT_LE(max_abs(moved), reach) << "case " << i << ", face " << list[k].face;
     }
   }
 }
@@ -119,7 +122,8 @@ TEST_P(EverySolid, StaysWithinItsBounds) {
     Box box = bounds(s);
     for (int k = 0; k < count; ++k) {
       Vec3 p = ray.at(list[k].t);
-      Vec3 slack = 8 * kUnitRoundoff * (glm::abs(ray.origin) + max_abs(box.lo) + max_abs(box.hi)) + list[k].error * glm::abs(ray.direction);
+      Vec3 slack = 8 * kUnitRoundoff * (glm::abs(ray.origin) + max_abs(box.lo) + max_abs(box.hi)) +
+                   list[k].error * glm::abs(ray.direction);
       for (int axis = 0; axis < 3; ++axis) {
         ASSERT_GE(p[axis], box.lo[axis] - slack[axis]);
         ASSERT_LE(p[axis], box.hi[axis] + slack[axis]);
@@ -128,7 +132,8 @@ TEST_P(EverySolid, StaysWithinItsBounds) {
   }
 }
 
-const char* const kNames[] = {"Sphere", "Block", "Cylinder", "Cone", "Capsule", "Torus", "RoundedBlock", "Quadric", "Halfspace"};
+const char* const kNames[] = {"Sphere", "Block",        "Cylinder", "Cone",     "Capsule",
+                              "Torus",  "RoundedBlock", "Quadric",  "Halfspace"};
 static_assert(std::size(kNames) == kSolidKinds);
 INSTANTIATE_TEST_SUITE_P(Kinds, EverySolid, ::testing::Range(0, kSolidKinds),
                          [](const auto& info) { return std::string(kNames[info.param]); });
@@ -175,8 +180,7 @@ TEST(Solid, HoldsItsDigitsAtTheEndsOfTheRange) {
         EXPECT_TRUE(list.empty());  // a single point
       } else {
         ASSERT_GE(list.size(), 2u) << kind << " " << size;
-        Vec3 p(-3 + list[0], 0.1, 0.2);
-        EXPECT_LT(max_abs(p), 1.6);
+        EXPECT_LT(std::fabs(list[0] - 3.0), 1.6);
       }
     }
 }
