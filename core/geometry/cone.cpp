@@ -90,10 +90,13 @@ Vec3 outward(const Cone& c, int face, const Vec3& p) {
 
 Vec3 project(const Cone& c, int face, const Vec3& p) {
   if (face != 0) return Vec3(p.x, face == 1 ? -0.5 * c.height : 0.5 * c.height, p.z);
-  double up = std::clamp(p.y / c.height + 0.5, 0.0, 1.0);
-  double r = c.radius + up * (c.top_radius - c.radius);
+  // Along the normal of the side, in the plane of the axis and the point.
+  double taper = c.top_radius - c.radius, rho = std::sqrt(p.x * p.x + p.z * p.z);
+  double beyond = rho - (c.radius + (p.y / c.height + 0.5) * taper);
+  double off = beyond * (c.height / (c.height * c.height + taper * taper));
+  double r = std::max(rho - off * c.height, 0.0);
   Vec2 side = of_length(Vec2(p.x, p.z), r, Vec2(r, 0.0));
-  return Vec3(side.x, p.y, side.y);
+  return Vec3(side.x, p.y + off * taper, side.y);
 }
 
 }  // namespace tilecast
