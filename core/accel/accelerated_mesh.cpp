@@ -1,7 +1,5 @@
 #include "accel/accelerated_mesh.h"
 
-#include "accel/clip_triangle.h"
-
 namespace tilecast {
 
 AcceleratedMesh::AcceleratedMesh(Mesh mesh, const AcceleratorChoice& choice) : mesh_(std::move(mesh)) {
@@ -18,7 +16,7 @@ AcceleratedMesh::AcceleratedMesh(Mesh mesh, const AcceleratorChoice& choice) : m
   }
   PrimitiveSet primitives;
   primitives.boxes = boxes;
-  primitives.clip = [this](uint32_t face, FrameBox& part) { return clip_triangle(mesh_.triangle(face), part); };
+  primitives.mesh = &mesh_;
   accelerator_ = Accelerator::build(choice, primitives);
   triangles_.reserve(accelerator_.order().size());
   for (uint32_t face : accelerator_.order()) triangles_.push_back(mesh_.triangle(face));

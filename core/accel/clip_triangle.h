@@ -4,18 +4,17 @@
 // rounding may move a corner by (2^-50) is far within kBoxPadding.
 #pragma once
 
-#include "accel/frame_box.h"
 #include "geometry/triangle.h"
 
 namespace tilecast {
 
-// `part`: the region on entry, the box on return. False where nothing lies within.
-inline bool clip_triangle(const Triangle& triangle, FrameBox& part) {
+// [box_lo, box_hi]: the region on entry, the box on return. False where nothing lies within.
+inline bool clip_triangle(const Triangle& triangle, float box_lo[3], float box_hi[3]) {
   Vec3 polygon[9] = {Vec3(triangle.a), Vec3(triangle.b), Vec3(triangle.c)}, clipped[9];
   int count = 3;
   for (int axis = 0; axis < 3; ++axis)
     for (int side = 0; side < 2; ++side) {
-      const double plane = side ? part.hi[axis] : part.lo[axis], sign = side ? -1.0 : 1.0;
+      const double plane = side ? box_hi[axis] : box_lo[axis], sign = side ? -1.0 : 1.0;
       double least = 0.0;
       for (int i = 0; i < count; ++i) least = std::min(least, sign * (polygon[i][axis] - plane));
       if (least == 0.0) continue;  // all of it is on the plane's inner side
@@ -38,8 +37,8 @@ inline bool clip_triangle(const Triangle& triangle, FrameBox& part) {
   for (int i = 1; i < count; ++i) lo = glm::min(lo, polygon[i]), hi = glm::max(hi, polygon[i]);
   for (int i = 0; i < 3; ++i) {
     float l = static_cast<float>(lo[i]), h = static_cast<float>(hi[i]);
-    part.lo[i] = l > lo[i] ? std::nextafter(l, -4.0f) : l;
-    part.hi[i] = h < hi[i] ? std::nextafter(h, 4.0f) : h;
+    box_lo[i] = l > lo[i] ? std::nextafter(l, -4.0f) : l;
+    box_hi[i] = h < hi[i] ? std::nextafter(h, 4.0f) : h;
   }
   return true;
 }

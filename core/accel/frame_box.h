@@ -1,10 +1,10 @@
 // Float boxes in a frame, and what an accelerator is built over.
 #pragma once
 
-#include <functional>
 #include <span>
 
-#include "base/frame.h"
+#include "accel/clip_triangle.h"
+#include "geometry/mesh.h"
 
 namespace tilecast {
 
@@ -52,9 +52,7 @@ struct FrameBox {
 struct PrimitiveSet {
   std::span<const FrameBox> boxes;  // padded by kBoxPadding
   float test_cost = 1.0f;           // of a primitive, in steps from a node to its child
-  // Shrinks `part`, a region on entry, to the box (not padded) of what of the primitive lies in it; false where
-  // nothing does. Without it the primitive fills its box.
-  std::function<bool(uint32_t primitive, FrameBox& part)> clip;
+  const Mesh* mesh = nullptr;       // whose faces they are; otherwise a primitive fills its box
 
   size_t size() const { return boxes.size(); }
   FrameBox bounds() const {
@@ -62,9 +60,11 @@ struct PrimitiveSet {
     for (const FrameBox& box : boxes) out.extend(box);
     return out;
   }
+  // Shrinks `part`, a region on entry, to the box (of a triangle not padded) of what of the primitive lies in it; false
+  // where nothing does.
   bool clip_to(uint32_t primitive, FrameBox& part) const {
     part = part.intersected(boxes[primitive]);
-    return !part.empty() && (!clip || clip(primitive, part));
+    return !part.empty() && (!mesh || clip_triangle(mesh->triangle(primitive), part.lo, part.hi));
   }
 };
 

@@ -47,6 +47,46 @@ class Builder {
     return true;
   }
 
+  // Extends the boxes of the bins first .. last by what of the reference lies between their planes. A triangle's edges
+  // are followed from plane to plane.
+  template <class Plane, class Bin>
+  void chop(const Reference& item, int axis, int first, int last, Plane&& plane, Bin&& bin, FrameBox boxes[]) const {
+    FrameBox parts[kPlaneBins];
+    auto add = [&](int b, const Vec3f& p) {
+      if (b < first || b > last) return;
+      for (int i = 0; i < 3; ++i) {
+        parts[b].lo[i] = std::min(parts[b].lo[i], p[i] - kBoxPadding);
+        parts[b].hi[i] = std::max(parts[b].hi[i], p[i] + kBoxPadding);
+      }
+    };
+    if (primitives_.mesh) {
+      const Triangle triangle = primitives_.mesh->triangle(item.primitive);
+      const Vec3f corners[3] = {triangle.a, triangle.b, triangle.c};
+      for (int k = 0; k < 3; ++k) {
+        Vec3f a = corners[k], b = corners[(k + 1) % 3];
+        add(bin(a[axis]), a);
+        if (a[axis] > b[axis]) std::swap(a, b);
+        const int from = std::max(bin(a[axis]), first - 1), to = std::min(bin(b[axis]), last + 1);
+        const Vec3f slope = from < to ? (b - a) / (b[axis] - a[axis]) : Vec3f(0.0f);
+        for (int at = from + 1; at <= to; ++at) {
+          Vec3f p = a + (plane(at) - a[axis]) * slope;
+          add(at - 1, p);
+          add(at, p);
+        }
+      }
+    } else {
+      for (int b = first; b <= last; ++b) {
+        parts[b] = item.box;
+        parts[b].lo[axis] = std::max(parts[b].lo[axis], plane(b) - kBoxPadding);
+        parts[b].hi[axis] = std::min(parts[b].hi[axis], plane(b + 1) + kBoxPadding);
+      }
+    }
+    for (int b = first; b <= last; ++b) {
+      FrameBox part = parts[b].intersected(item.box);
+      if (!part.empty()) boxes[b].extend(part);
+    }
+  }
+
   PlaneSplit best_plane(const References& items, const FrameBox& bounds, size_t allowed) const {
     PlaneSplit best;
     const int bins = items.size() < 32 ? kPlaneBins / 2 : kPlaneBins;
@@ -54,7 +94,9 @@ class Builder {
       const float width = bounds.extent(axis) / bins;
       if (!(width > 4 * kBoxPadding)) continue;
       auto plane = [&](int b) { return bounds.lo[axis] + b * width; };
-      auto bin = [&](float x) { return std::clamp(static_cast<int>((x - bounds.lo[axis]) / width), 0, bins - 1); };
+      auto bin = [&](float x) {
+        return static_cast<int>(std::clamp((x - bounds.lo[axis]) / width, 0.0f, static_cast<float>(bins - 1)));
+      };
       FrameBox boxes[kPlaneBins];
       uint32_t begins[kPlaneBins] = {}, ends[kPlaneBins] = {};
       for (const Reference& item : items) {
@@ -62,11 +104,8 @@ class Builder {
         ++begins[first], ++ends[last];
         if (first == last) {
           boxes[first].extend(item.box);
-          continue;
-        }
-        for (int b = first; b <= last; ++b) {
-          Reference part;
-          if (part_of(item, axis, plane(b), plane(b + 1), part)) boxes[b].extend(part.box);
+        } else {
+          chop(item, axis, first, last, plane, bin, boxes);
         }
       }
       FrameBox right[kPlaneBins];

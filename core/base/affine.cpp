@@ -7,7 +7,7 @@
 // "Condition Numbers and Equilibration of Matrices", Numer. Math. 14, 1969).
 #include "base/affine.h"
 
-#include "base/exact.h"
+#include "base/twofold.h"
 
 namespace tilecast {
 namespace {
@@ -15,7 +15,7 @@ namespace {
 constexpr double kLargestCondition = 1.0 / (16 * kUnitRoundoff);
 
 struct Cofactors {
-  TwoDoubles v[3];
+  Twofold v[3];
 };
 
 Cofactors cross(const Vec3& a, const Vec3& b) {
@@ -41,7 +41,7 @@ InverseAffine inverse(const Affine& m) {
     for (int j = 0; j < 3; ++j) columns[i][j] = std::ldexp(m.linear[i][j], -exponents[i]);
   }
   Cofactors rows[3] = {cross(columns[1], columns[2]), cross(columns[2], columns[0]), cross(columns[0], columns[1])};
-  TwoDoubles determinant;
+  Twofold determinant;
   for (int j = 0; j < 3; ++j) determinant = determinant + rows[0].v[j] * columns[0][j];
   glm::dmat3 adjugate;
   for (int i = 0; i < 3; ++i)

@@ -19,36 +19,6 @@ inline T difference_of_products(T a, T b, T c, T d) {
   return s + e;
 }
 
-// An unevaluated sum of two doubles: 106 bits, but for what cancels.
-struct TwoDoubles {
-  double high = 0.0, low = 0.0;
-
-  double value() const { return high + low; }
-
-  friend TwoDoubles operator+(const TwoDoubles& a, const TwoDoubles& b) {
-    double s = a.high + b.high;
-    double part = s - a.high;
-    double e = (a.high - (s - part)) + (b.high - part);  // Knuth's sum: s + e is exact
-    return {s, e + (a.low + b.low)};
-  }
-  friend TwoDoubles operator*(const TwoDoubles& a, double b) {
-    double p = a.high * b;
-    return {p, std::fma(a.high, b, -p) + a.low * b};
-  }
-};
-
-inline TwoDoubles two_product(double a, double b) {
-  double p = a * b;
-  return {p, std::fma(a, b, -p)};
-}
-
-// a / b, the rounded quotient put right by what it leaves.
-inline double quotient(const TwoDoubles& a, const TwoDoubles& b) {
-  double q = a.value() / b.value();
-  TwoDoubles left = a + two_product(-q, b.high);
-  return q + (left.value() - q * b.low) / b.value();
-}
-
 // On which side of the directed line p -> q the origin lies, in the plane: the sign of px * qy - py * qx. Where that
 // is zero, the origin is shifted by (e, e^2) with e infinitesimal; 0 is left only where p equals q, an edge of length
 // zero, which never separates. Swapping p and q flips the sign, so two triangles never disagree on a shared edge.

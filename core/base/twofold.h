@@ -44,6 +44,13 @@ inline Twofold operator*(const Twofold& x, const Twofold& y) {
   return ordered_sum(p.hi, p.lo + std::fma(x.hi, y.lo, x.lo * y.hi));
 }
 
+// a / b, the rounded quotient put right by what it leaves.
+inline double quotient(const Twofold& a, const Twofold& b) {
+  double q = a.value() / b.value();
+  Twofold left = a - b * q;
+  return q + left.value() / b.value();
+}
+
 // The scalar product of two vectors of doubles (GLM's, of any length). Not renormalised: the value is that of the sum.
 template <class V>
 inline Twofold twofold_dot(const V& a, const V& b) {

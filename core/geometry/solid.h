@@ -34,6 +34,9 @@ Vec3 outward(const Solid& solid, int face, const Vec3& p);
 // A point near the face moved onto it.
 Vec3 project(const Solid& solid, int face, const Vec3& p);
 
+// Bound on the distance of a projected point from the face.
+double projection_error(const Solid& solid, const Vec3& p);
+
 Box bounds(const Solid& solid);
 int face_count(const Solid& solid);
 

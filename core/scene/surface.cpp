@@ -22,7 +22,7 @@ Leaf at_leaf(const Scene& scene, const Object& object, const Ray& ray, const Hit
     case Kind::Solid: {
       const Solid& solid = scene.solids[object.index];
       p = project(solid, static_cast<int>(face), p);
-      return {p, outward(solid, static_cast<int>(face), p), 16 * kUnitRoundoff * max_abs(p)};
+      return {p, outward(solid, static_cast<int>(face), p), projection_error(solid, p)};
     }
     default:
       return {Vec3(p.x, 0.0, p.z), Vec3(0.0, 1.0, 0.0), 0.0};

@@ -100,7 +100,7 @@ TEST_P(EverySolid, BringsAPointOntoItsSurfaceAndKnowsTheWayOut) {
     for (int k = 0; k < count; ++k) {
       Vec3 p = project(s, list[k].face, ray.at(list[k].t)), n = outward(s, list[k].face, p);
       // What Surface takes for the point's error, along the normal.
-      n *= 16 * kUnitRoundoff * max_abs(p) / std::sqrt(glm::dot(n, n));
+      n *= projection_error(s, p) / std::sqrt(glm::dot(n, n));
       auto beyond = [&](double side) {
         return implicit(s, {Quad(p.x) + side * n.x, Quad(p.y) + side * n.y, Quad(p.z) + side * n.z});
       };
