@@ -1,4 +1,4 @@
-// Counts entries into code that a scene may leave out. Only the test build has them.
+// Counts entries into code that a scene may leave out. Only the build with sanitizers has them.
 #pragma once
 
 #include <atomic>

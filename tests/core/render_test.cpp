@@ -53,6 +53,7 @@ TEST(Chunk, DoesNotDependOnTilesThreadsOrAccelerators) {
                     tiles[y / 8 * 4 + x / 8].sums[((half * 8 + y % 8) * 8 + x % 8) * 3 + c]);
 }
 
+#ifdef TILECAST_COUNTERS
 TEST(Features, LeftOutOnesAreNeverEntered) {
   using namespace counters;
   auto without = room("bvh", false, false);
@@ -69,6 +70,7 @@ TEST(Features, LeftOutOnesAreNeverEntered) {
   EXPECT_GT(csg, 0u);
   EXPECT_GT(shadow, 0u);
 }
+#endif
 
 // A white furnace: whatever the material, with reflectance 1 nothing is seen against a background of radiance 1.
 TEST(Furnace, WhiteMaterialsVanish) {
