@@ -72,6 +72,12 @@ Ray at_stadium(std::mt19937_64& random, uint64_t i) {
 
 // --- Long thin triangles all through each other, along the diagonal: every box is nearly the whole.
 
+#ifdef __SANITIZE_ADDRESS__
+constexpr uint32_t kNeedles = 10'000;
+#else
+constexpr uint32_t kNeedles = 100'000;
+#endif
+
 MeshSource needle_mesh(uint32_t count) {
   std::mt19937_64 random(100);
   std::uniform_real_distribution<double> unit(-1, 1);
@@ -84,7 +90,7 @@ MeshSource needle_mesh(uint32_t count) {
   return out;
 }
 const Scenes& needles() {
-  static const Scenes all = scenes_of(needle_mesh(100'000));
+  static const Scenes all = scenes_of(needle_mesh(kNeedles));
   return all;
 }
 Ray at_needles(std::mt19937_64& random, uint64_t) { return random_ray(random, 3.0); }

@@ -41,6 +41,12 @@ std::vector<AcceleratorChoice> choices() {
   return out;
 }
 
+#ifdef __SANITIZE_ADDRESS__
+constexpr int kRays = 100;
+#else
+constexpr int kRays = 700;
+#endif
+
 TEST(Accelerators, GiveTheHitOfBruteForceBitForBit) {
   for (uint64_t seed = 1; seed <= 2; ++seed) {
     auto brute = crowd("none", seed);
@@ -51,7 +57,7 @@ TEST(Accelerators, GiveTheHitOfBruteForceBitForBit) {
       if (choice.kind != "auto") { EXPECT_EQ(scene->accelerator.kind, choice.kind); }
       std::mt19937_64 random(seed);
       uint64_t occluder = 0;
-      for (int i = 0; i < 700; ++i) {
+      for (int i = 0; i < kRays; ++i) {
         Ray ray = random_ray(random, i % 2 ? 0.5 : 8.0);
         if (i % 7 == 0) ray.direction[i % 3] = i % 14 ? 0.0 : -0.0;
         Hit a = closest(*brute, ray), b = closest(*scene, ray);
