@@ -75,7 +75,7 @@ def changed(path: str, value) -> dict:
         ("camera.target", [0, 1, 5], "camera.target"),
         ("render.integrator", "magic", "render.integrator"),
         ("render.samples", 2.5, "render.samples"),
-        ("render.accelerator", "octree", "render.accelerator"),
+        ("render.accelerator", "kdtree", "render.accelerator"),
         ("image.width", 0, "image.width"),
         ("image.width", 1e30, "image.width"),
         ("version", 2, "version"),
