@@ -1,7 +1,6 @@
 #include "accel/accelerator.h"
 
 #include <chrono>
-#include <numeric>
 
 #include "base/error.h"
 
@@ -58,76 +57,55 @@ Accelerator Accelerator::build(const AcceleratorChoice& choice, const PrimitiveS
   if (count == 0) kind = "none";
 
   Accelerator out;
-  AcceleratorStats& stats = out.stats_;
-  auto take = [&](auto structure, uint64_t nodes, uint64_t bytes) {
-    stats.nodes = nodes;
-    stats.bytes = bytes;
-    stats.cost = structure.expected_cost(primitives.test_cost);
-    out.structure_ = std::move(structure);
-  };
-  auto take_bvh = [&](Bvh bvh) {
-    const uint64_t nodes = bvh.nodes().size();
-    take(std::move(bvh), nodes, nodes * sizeof(Bvh::Node));
-  };
   auto spatial_splits = [&](std::vector<uint32_t>& order) {
     return Bvh::build_with_spatial_splits(primitives, static_cast<size_t>(kSpatialSplitReferences * count), order);
   };
-  auto take_all = [&] {
-    out.order_.resize(count);
-    std::iota(out.order_.begin(), out.order_.end(), 0u);
-    BruteForce all{static_cast<uint32_t>(count), {}};
-    if (primitives.test_cost > 1.0f) all.boxes.assign(primitives.boxes.begin(), primitives.boxes.end());
-    const uint64_t bytes = all.boxes.size() * sizeof(FrameBox);
-    take(std::move(all), 0, bytes);
-    out.visits_once_ = true;
-  };
-  out.visits_once_ = false;
   if (kind == "none") {
-    take_all();
+    out.structure_ = BruteForce::build(primitives, out.order_);
   } else if (kind == "auto" || kind == "bvh") {
     Bvh bvh = Bvh::build(primitives, grouping_of(choice.grouping), out.order_);
     if (choice.reinsertion) bvh.optimise_by_reinsertion();
-    const double overlap = bvh.overlap_cost(primitives.test_cost);
-    take_bvh(std::move(bvh));
-    out.visits_once_ = true;
     if (kind == "auto") {
       kind = "bvh";
-      const double cost = stats.cost;
+      const double cost = bvh.expected_cost(primitives.test_cost);
       if (count <= kFew) {
         Accelerator all = build("none", primitives);
         if (all.stats_.cost < cost) return all;
       }
-      if (overlap > kOverlap * cost) {
+      if (bvh.overlap_cost(primitives.test_cost) > kOverlap * cost) {
         std::vector<uint32_t> order;
         Bvh split = spatial_splits(order);
         if (split.expected_cost(primitives.test_cost) < kSpatialSplitGain * cost) {
           kind = "sbvh";
           out.order_ = std::move(order);
-          out.visits_once_ = out.order_.size() == count;
-          take_bvh(std::move(split));
+          bvh = std::move(split);
         }
       }
     }
+    out.structure_ = std::move(bvh);
   } else if (kind == "sbvh") {
-    take_bvh(spatial_splits(out.order_));
-    out.visits_once_ = out.order_.size() == count;
+    out.structure_ = spatial_splits(out.order_);
   } else if (kind == "grid" || kind == "grid-two-level") {
-    Grid grid = Grid::build(primitives, kind == "grid-two-level", out.order_);
-    const uint64_t cells = grid.cell_count(), bytes = grid.bytes();
-    take(std::move(grid), cells, bytes);
+    out.structure_ = Grid::build(primitives, kind == "grid-two-level", out.order_);
   } else if (kind == "octree" || kind == "octree-balanced") {
     auto planes = kind == "octree" ? Octree::Planes::Even : Octree::Planes::Balanced;
-    Octree octree = Octree::build(primitives, planes, out.order_);
-    const uint64_t nodes = octree.node_count(), bytes = octree.bytes();
-    take(std::move(octree), nodes, bytes);
+    out.structure_ = Octree::build(primitives, planes, out.order_);
   } else {
-    Bsp bsp = Bsp::build(primitives, kind == "bsp" ? Bsp::Plane::Sah : Bsp::Plane::Median, out.order_);
-    const uint64_t nodes = bsp.node_count(), bytes = bsp.bytes();
-    take(std::move(bsp), nodes, bytes);
+    out.structure_ = Bsp::build(primitives, kind == "bsp" ? Bsp::Plane::Sah : Bsp::Plane::Median, out.order_);
   }
+  const bool of_boxes =
+      std::holds_alternative<BruteForce>(out.structure_) || std::holds_alternative<Bvh>(out.structure_);
+  out.visits_once_ = of_boxes && out.order_.size() == count;
+  AcceleratorStats& stats = out.stats_;
   stats.kind = kind;
   stats.references = out.order_.size();
-  stats.bytes += out.order_.size() * sizeof(uint32_t);
+  std::visit(
+      [&](const auto& structure) {
+        stats.nodes = structure.node_count();
+        stats.bytes = structure.bytes() + out.order_.size() * sizeof(uint32_t);
+        stats.cost = structure.expected_cost(primitives.test_cost);
+      },
+      out.structure_);
   stats.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return out;
 }

@@ -14,21 +14,27 @@ struct ObjectSplit {
   float overlap = 0.0f;  // half the surface of what both sides' boxes share
 };
 
+// items: any range; box_of(item) gives the FrameBox.
+template <class Items, class BoxOf>
+FrameBox centroid_bounds(const Items& items, BoxOf&& box_of) {
+  FrameBox out;
+  for (const auto& item : items) {
+    const FrameBox& box = box_of(item);
+    for (int i = 0; i < 3; ++i) {
+      float c = box.centre(i);
+      out.lo[i] = std::min(out.lo[i], c), out.hi[i] = std::max(out.hi[i], c);
+    }
+  }
+  return out;
+}
+
 class Bins {
  public:
   static constexpr int kCount = 16;
 
-  // boxes: any range of items; box_of(item) gives the FrameBox.
   template <class Items, class BoxOf>
   Bins(const Items& items, BoxOf&& box_of) {
-    FrameBox centroids;
-    for (const auto& item : items) {
-      const FrameBox& box = box_of(item);
-      for (int i = 0; i < 3; ++i) {
-        float c = box.centre(i);
-        centroids.lo[i] = std::min(centroids.lo[i], c), centroids.hi[i] = std::max(centroids.hi[i], c);
-      }
-    }
+    const FrameBox centroids = centroid_bounds(items, box_of);
     for (int i = 0; i < 3; ++i) {
       lo_[i] = centroids.lo[i];
       scale_[i] = centroids.extent(i) > 0.0f ? kCount * (1.0f - 0x1p-20f) / centroids.extent(i) : 0.0f;

@@ -3,6 +3,7 @@
 // Objects, which are dear to test, are looked at only where the ray meets their box; triangles always.
 #pragma once
 
+#include <numeric>
 #include <vector>
 
 #include "accel/traversal.h"
@@ -13,6 +14,16 @@ struct BruteForce {
   uint32_t count = 0;
   std::vector<FrameBox> boxes;  // of every primitive, or none
 
+  static BruteForce build(const PrimitiveSet& primitives, std::vector<uint32_t>& order) {
+    order.resize(primitives.size());
+    std::iota(order.begin(), order.end(), 0u);
+    BruteForce all{static_cast<uint32_t>(primitives.size()), {}};
+    if (primitives.test_cost > 1.0f) all.boxes.assign(primitives.boxes.begin(), primitives.boxes.end());
+    return all;
+  }
+
+  size_t node_count() const { return 0; }
+  uint64_t bytes() const { return boxes.size() * sizeof(FrameBox); }
   // Boxes in a row are looked at for half of a step.
   double expected_cost(float test_cost) const {
     if (boxes.empty()) return count * static_cast<double>(test_cost);

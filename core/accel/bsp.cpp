@@ -1,19 +1,14 @@
 #include "accel/bsp.h"
 
+#include "accel/reference.h"
+
 namespace tilecast {
 namespace {
 
 constexpr int kBins = 32;
-constexpr size_t kSorted = 64;         // nodes of at most this many items try every side of their boxes
-constexpr float kEmptyBonus = 0.8f;    // on the cost where a side is empty: such planes cut off space early
+constexpr size_t kSorted = 64;           // nodes of at most this many items try every side of their boxes
+constexpr float kEmptyBonus = 0.8f;      // on the cost where a side is empty: such planes cut off space early
 constexpr float kMedianLeafCost = 4.0f;  // of the tests in a leaf
-constexpr double kMostReferences = 8;  // for each primitive
-
-struct Item {
-  FrameBox box;  // padded, of the part in the node's cell
-  uint32_t primitive;
-};
-using Items = std::vector<Item>;
 
 struct Split {
   int axis = -1;
@@ -28,14 +23,14 @@ float cost_of(const FrameBox& cell, int axis, float plane, size_t left_count, si
   return 1.0f + tests * (left_count == 0 || right_count == 0 ? kEmptyBonus : 1.0f);
 }
 
-Split best_of_bins(const Items& items, const FrameBox& cell, float test_cost) {
+Split best_of_bins(const References& items, const FrameBox& cell, float test_cost) {
   Split best;
   for (int axis = 0; axis < 3; ++axis) {
     const float width = cell.extent(axis) / kBins;
     if (!(width > 0.0f)) continue;
     auto bin = [&](float x) { return std::clamp(static_cast<int>((x - cell.lo[axis]) / width), 0, kBins - 1); };
     size_t begins[kBins] = {}, ends[kBins] = {};
-    for (const Item& item : items) ++begins[bin(item.box.lo[axis])], ++ends[bin(item.box.hi[axis])];
+    for (const Reference& item : items) ++begins[bin(item.box.lo[axis])], ++ends[bin(item.box.hi[axis])];
     size_t left = 0, right = items.size();
     for (int b = 1; b < kBins; ++b) {
       left += begins[b - 1], right -= ends[b - 1];
@@ -47,7 +42,7 @@ Split best_of_bins(const Items& items, const FrameBox& cell, float test_cost) {
   return best;
 }
 
-Split best_of_sides(const Items& items, const FrameBox& cell, float test_cost) {
+Split best_of_sides(const References& items, const FrameBox& cell, float test_cost) {
   Split best;
   std::vector<float> begins(items.size()), ends(items.size());
   for (int axis = 0; axis < 3; ++axis) {
@@ -66,10 +61,10 @@ Split best_of_sides(const Items& items, const FrameBox& cell, float test_cost) {
   return best;
 }
 
-Split median_of(Items& items, const FrameBox& cell) {
+Split median_of(References& items, const FrameBox& cell) {
   int axis = cell.longest_axis();
   auto middle = items.begin() + items.size() / 2;
-  std::nth_element(items.begin(), middle, items.end(), [&](const Item& a, const Item& b) {
+  std::nth_element(items.begin(), middle, items.end(), [&](const Reference& a, const Reference& b) {
     float ca = a.box.centre(axis), cb = b.box.centre(axis);
     return ca < cb || (ca == cb && a.primitive < b.primitive);
   });
@@ -79,12 +74,12 @@ Split median_of(Items& items, const FrameBox& cell) {
 }
 
 // What of the items lies in a cell, by their clipped parts.
-Items within(const Items& items, const PrimitiveSet& primitives, const FrameBox& cell, int axis) {
-  Items out;
+References within(const References& items, const PrimitiveSet& primitives, const FrameBox& cell, int axis) {
+  References out;
   const FrameBox padded = cell.padded(kBoxPadding);
-  for (const Item& item : items) {
+  for (const Reference& item : items) {
     if (item.box.lo[axis] > padded.hi[axis] || item.box.hi[axis] < padded.lo[axis]) continue;
-    Item part{padded, item.primitive};
+    Reference part{padded, item.primitive};
     if (item.box.lo[axis] >= padded.lo[axis] && item.box.hi[axis] <= padded.hi[axis]) {
       out.push_back(item);
     } else if (primitives.clip_to(item.primitive, part.box)) {
@@ -98,22 +93,14 @@ Items within(const Items& items, const PrimitiveSet& primitives, const FrameBox&
 
 Bsp Bsp::build(const PrimitiveSet& primitives, Plane kind, std::vector<uint32_t>& order) {
   Bsp bsp;
-  bsp.bounds_ = primitives.bounds();
   const float test_cost = primitives.test_cost;
   order.clear();
-  struct Task {
-    uint32_t node;
-    int depth;
-    double allowed;  // references below
-    FrameBox cell;
-    Items items;
-  };
-  std::vector<Task> tasks(1);
-  tasks[0] = {0, 1, kMostReferences * primitives.size(), bsp.bounds_, {}};
-  for (uint32_t i = 0; i < primitives.size(); ++i) tasks[0].items.push_back({primitives.boxes[i], i});
+  std::vector<CellTask> tasks;
+  tasks.push_back(CellTask::root(primitives));
+  bsp.bounds_ = tasks[0].cell;
   bsp.nodes_.emplace_back();
   while (!tasks.empty()) {
-    Task task = std::move(tasks.back());
+    CellTask task = std::move(tasks.back());
     tasks.pop_back();
     const size_t count = task.items.size();
     Split split;
@@ -129,8 +116,8 @@ Bsp Bsp::build(const PrimitiveSet& primitives, Plane kind, std::vector<uint32_t>
     if (split.axis >= 0) {
       FrameBox left_cell = task.cell, right_cell = task.cell;
       left_cell.hi[split.axis] = right_cell.lo[split.axis] = split.plane;
-      Items left = within(task.items, primitives, left_cell, split.axis);
-      Items right = within(task.items, primitives, right_cell, split.axis);
+      References left = within(task.items, primitives, left_cell, split.axis);
+      References right = within(task.items, primitives, right_cell, split.axis);
       const double sum = static_cast<double>(left.size() + right.size());
       // A median that parts nothing, and references beyond the bound, end in a leaf.
       bool parted = kind == Plane::Sah || sum < 1.6 * count;
@@ -145,7 +132,7 @@ Bsp Bsp::build(const PrimitiveSet& primitives, Plane kind, std::vector<uint32_t>
       }
     }
     bsp.nodes_[task.node] = {0.0f, static_cast<uint32_t>(order.size()), kLeaf, static_cast<uint32_t>(count)};
-    for (const Item& item : task.items) order.push_back(item.primitive);
+    for (const Reference& item : task.items) order.push_back(item.primitive);
   }
   bsp.nodes_.shrink_to_fit();
   order.shrink_to_fit();

@@ -4,7 +4,6 @@
 // optimisation (accel/reinsertion.cpp). All bound the depth, so the traversal's stack is fixed.
 #pragma once
 
-#include <string_view>
 #include <vector>
 
 #include "accel/traversal.h"
@@ -27,8 +26,13 @@ class Bvh {
     uint32_t first;  // of the children, or of the leaf's references
     float hi[3];
     uint32_t count;  // of the leaf's references; 0: an inner node
+
+    FrameBox box() const { return {{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}}; }
+    void set_box(const FrameBox& box) { std::copy_n(box.lo, 3, lo), std::copy_n(box.hi, 3, hi); }
   };
   static constexpr int kMaxDepth = 72;
+  static constexpr int kGroupingDepth = 38;  // nodes below are halved by index: at most 32 levels more
+  static constexpr uint32_t kLeafSize = 4;   // at most
 
   // `order` receives the primitives in the order of the leaves.
   static Bvh build(const PrimitiveSet& primitives, Grouping grouping, std::vector<uint32_t>& order);
@@ -39,6 +43,8 @@ class Bvh {
   void optimise_by_reinsertion();
 
   const std::vector<Node>& nodes() const { return nodes_; }
+  size_t node_count() const { return nodes_.size(); }
+  uint64_t bytes() const { return nodes_.size() * sizeof(Node); }
   // Steps and tests (at test_cost) that a line through the root is expected to cost.
   double expected_cost(float test_cost) const;
   // Of it, what is spent where siblings' boxes overlap: about what spatial splits may save.

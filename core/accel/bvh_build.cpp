@@ -1,6 +1,6 @@
 // Top-down building: one loop, and five ways to part a node's primitives.
 //
-// The depth is bounded: beyond kGroupingDepth nodes are halved by index, which also parts boxes that nothing tells
+// The depth is bounded: beyond Bvh::kGroupingDepth nodes are halved by index, which also parts boxes that nothing tells
 // apart.
 #include <bit>
 #include <numeric>
@@ -11,16 +11,27 @@
 namespace tilecast {
 namespace {
 
-constexpr uint32_t kLeafSize = 4;
-constexpr int kGroupingDepth = 38;  // at most 32 levels of halving follow
+constexpr uint32_t kLeafSize = Bvh::kLeafSize;
 
 // What a way of grouping answers: how many items go left (the items are rearranged), or 0 for a leaf.
 using Items = std::span<uint32_t>;
 
 uint32_t halve(Items items) { return static_cast<uint32_t>(items.size() / 2); }
 
+auto boxes_of(const PrimitiveSet& primitives) {
+  return [&primitives](uint32_t item) -> const FrameBox& { return primitives.boxes[item]; };
+}
+
+// Whether one item comes before another along an axis.
+auto by_centre(const PrimitiveSet& primitives, int axis) {
+  return [&primitives, axis](uint32_t a, uint32_t b) {
+    float ca = primitives.boxes[a].centre(axis), cb = primitives.boxes[b].centre(axis);
+    return ca < cb || (ca == cb && a < b);
+  };
+}
+
 uint32_t part_by_bins(const PrimitiveSet& primitives, Items items, const FrameBox& bounds) {
-  auto box_of = [&](uint32_t item) -> const FrameBox& { return primitives.boxes[item]; };
+  auto box_of = boxes_of(primitives);
   Bins bins(items, box_of);
   ObjectSplit split = bins.best_split(items, box_of, bounds.half_area(), primitives.test_cost);
   if (items.size() <= kLeafSize && !(split.cost < primitives.test_cost * items.size())) return 0;
@@ -31,20 +42,13 @@ uint32_t part_by_bins(const PrimitiveSet& primitives, Items items, const FrameBo
   return static_cast<uint32_t>(middle - items.begin());
 }
 
-void sort_by_centre(const PrimitiveSet& primitives, Items items, int axis) {
-  std::sort(items.begin(), items.end(), [&](uint32_t a, uint32_t b) {
-    float ca = primitives.boxes[a].centre(axis), cb = primitives.boxes[b].centre(axis);
-    return ca < cb || (ca == cb && a < b);
-  });
-}
-
 uint32_t part_by_sweep(const PrimitiveSet& primitives, Items items, const FrameBox& bounds) {
   float best_cost = FrameBox::kFar;
   int best_axis = 0;
   uint32_t best = 0;
   std::vector<float> right_area(items.size());
   for (int axis = 0; axis < 3; ++axis) {
-    sort_by_centre(primitives, items, axis);
+    std::sort(items.begin(), items.end(), by_centre(primitives, axis));
     FrameBox right, left;
     for (size_t i = items.size(); i-- > 1;) {
       right.extend(primitives.boxes[items[i]]);
@@ -58,34 +62,21 @@ uint32_t part_by_sweep(const PrimitiveSet& primitives, Items items, const FrameB
     }
   }
   if (items.size() <= kLeafSize && !(best_cost < primitives.test_cost * items.size())) return 0;
-  if (best_axis != 2) sort_by_centre(primitives, items, best_axis);
+  if (best_axis != 2) std::sort(items.begin(), items.end(), by_centre(primitives, best_axis));
   return best;
-}
-
-FrameBox centroid_bounds(const PrimitiveSet& primitives, Items items) {
-  FrameBox out;
-  for (uint32_t item : items)
-    for (int i = 0; i < 3; ++i) {
-      float c = primitives.boxes[item].centre(i);
-      out.lo[i] = std::min(out.lo[i], c), out.hi[i] = std::max(out.hi[i], c);
-    }
-  return out;
 }
 
 uint32_t part_at_median(const PrimitiveSet& primitives, Items items) {
   if (items.size() <= kLeafSize) return 0;
-  int axis = centroid_bounds(primitives, items).longest_axis();
+  int axis = centroid_bounds(items, boxes_of(primitives)).longest_axis();
   uint32_t left = halve(items);
-  std::nth_element(items.begin(), items.begin() + left, items.end(), [&](uint32_t a, uint32_t b) {
-    float ca = primitives.boxes[a].centre(axis), cb = primitives.boxes[b].centre(axis);
-    return ca < cb || (ca == cb && a < b);
-  });
+  std::nth_element(items.begin(), items.begin() + left, items.end(), by_centre(primitives, axis));
   return left;
 }
 
 uint32_t part_at_middle(const PrimitiveSet& primitives, Items items) {
   if (items.size() <= kLeafSize) return 0;
-  FrameBox centroids = centroid_bounds(primitives, items);
+  FrameBox centroids = centroid_bounds(items, boxes_of(primitives));
   int axis = centroids.longest_axis();
   float at = centroids.centre(axis);
   auto middle = std::partition(items.begin(), items.end(),
@@ -113,7 +104,7 @@ uint64_t morton_code(const FrameBox& box, const FrameBox& centroids) {
 }
 
 std::vector<uint64_t> sort_along_curve(const PrimitiveSet& primitives, Items items) {
-  FrameBox centroids = centroid_bounds(primitives, items);
+  FrameBox centroids = centroid_bounds(items, boxes_of(primitives));
   std::vector<uint64_t> codes(primitives.size());
   for (uint32_t i = 0; i < codes.size(); ++i) codes[i] = morton_code(primitives.boxes[i], centroids);
   std::sort(items.begin(), items.end(),
@@ -163,7 +154,7 @@ Bvh Bvh::build(const PrimitiveSet& primitives, Grouping grouping, std::vector<ui
     FrameBox bounds;
     for (uint32_t item : items) bounds.extend(primitives.boxes[item]);
     Node& node = bvh.nodes_[task.node];
-    for (int i = 0; i < 3; ++i) node.lo[i] = bounds.lo[i], node.hi[i] = bounds.hi[i];
+    node.set_box(bounds);
     node.first = task.first;
     node.count = task.count;
     if (task.count <= 1) continue;
@@ -185,35 +176,21 @@ Bvh Bvh::build(const PrimitiveSet& primitives, Grouping grouping, std::vector<ui
   return bvh;
 }
 
-namespace {
-
-double surface(const Bvh::Node& n) {
-  double x = double(n.hi[0]) - n.lo[0], y = double(n.hi[1]) - n.lo[1], z = double(n.hi[2]) - n.lo[2];
-  return x * y + y * z + z * x;
-}
-
-}  // namespace
-
 double Bvh::expected_cost(float test_cost) const {
   double sum = 0.0;
-  for (const Node& node : nodes_) sum += surface(node) * (node.count > 0 ? test_cost * node.count : 2.0);
-  return 1.0 + sum / surface(nodes_[0]);
+  for (const Node& node : nodes_) sum += node.box().half_area() * (node.count > 0 ? test_cost * node.count : 2.0);
+  return 1.0 + sum / nodes_[0].box().half_area();
 }
 
 double Bvh::overlap_cost(float test_cost) const {
   double sum = 0.0;
   for (const Node& node : nodes_) {
     if (node.count > 0) continue;
-    Node shared = nodes_[node.first];
     const Node& other = nodes_[node.first + 1];
-    bool meet = true;
-    for (int i = 0; i < 3; ++i) {
-      shared.lo[i] = std::max(shared.lo[i], other.lo[i]), shared.hi[i] = std::min(shared.hi[i], other.hi[i]);
-      meet &= shared.lo[i] < shared.hi[i];
-    }
-    if (meet) sum += surface(shared) * (other.count > 0 ? test_cost * other.count : 2.0);
+    const FrameBox shared = nodes_[node.first].box().intersected(other.box());
+    if (!shared.empty()) sum += shared.half_area() * (other.count > 0 ? test_cost * other.count : 2.0);
   }
-  return sum / surface(nodes_[0]);
+  return sum / nodes_[0].box().half_area();
 }
 
 int Bvh::depth() const {

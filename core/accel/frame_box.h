@@ -27,6 +27,11 @@ struct FrameBox {
   void extend(const FrameBox& b) {
     for (int i = 0; i < 3; ++i) lo[i] = std::min(lo[i], b.lo[i]), hi[i] = std::max(hi[i], b.hi[i]);
   }
+  FrameBox joined(const FrameBox& b) const {
+    FrameBox out = *this;
+    out.extend(b);
+    return out;
+  }
   FrameBox intersected(const FrameBox& b) const {
     FrameBox out;
     for (int i = 0; i < 3; ++i) out.lo[i] = std::max(lo[i], b.lo[i]), out.hi[i] = std::min(hi[i], b.hi[i]);

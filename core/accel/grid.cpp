@@ -1,5 +1,7 @@
 #include "accel/grid.h"
 
+#include "accel/reference.h"
+
 namespace tilecast {
 namespace {
 
@@ -8,12 +10,6 @@ constexpr double kMostReferences = 16.0;  // for each primitive, and a few hundr
 constexpr double kMostCellsEach = 8.0;    // likewise
 constexpr uint32_t kCrowded = 8;          // cells with more references may get a grid of their own
 constexpr size_t kSample = 4096;          // items that the choice of a resolution looks at
-
-struct Item {
-  FrameBox box;  // padded, of the part within the level
-  uint32_t primitive;
-};
-using Items = std::vector<Item>;
 
 Grid::Level level_over(const FrameBox& bounds, const int cells[3]) {
   Grid::Level level;
@@ -32,7 +28,7 @@ double surface(double x, double y, double z) { return x * y + y * z + z * x; }
 
 // Visits the cells that an item's box meets; visit(index of the cell in the level) for each.
 template <class Visit>
-void for_cells(const Grid::Level& level, const Item& item, const PrimitiveSet& primitives, Visit&& visit) {
+void for_cells(const Grid::Level& level, const Reference& item, const PrimitiveSet& primitives, Visit&& visit) {
   int lo[3], hi[3], spread = 0;
   for (int i = 0; i < 3; ++i) {
     lo[i] = level.cell_of(i, item.box.lo[i]), hi[i] = level.cell_of(i, item.box.hi[i]);
@@ -50,7 +46,7 @@ void for_cells(const Grid::Level& level, const Item& item, const PrimitiveSet& p
 
 // The cheapest number of cells: a line through the grid enters a cell with the chance of their surfaces' ratio, and
 // tests what stands there. Looks at every so manyth item.
-void choose_cells(const Items& items, const FrameBox& bounds, float test_cost, int cells[3]) {
+void choose_cells(const References& items, const FrameBox& bounds, float test_cost, int cells[3]) {
   const size_t stride = items.size() / kSample + 1;
   const double n = static_cast<double>(items.size());
   const double whole = surface(bounds.extent(0), bounds.extent(1), bounds.extent(2));
@@ -83,7 +79,7 @@ Grid Grid::build(const PrimitiveSet& primitives, bool two_levels, std::vector<ui
   order.clear();
   struct Task {
     FrameBox bounds;
-    Items items;
+    References items;
     int cells[3];
     uint32_t cell;  // that becomes a level; kWhole at the top
   };
@@ -91,7 +87,7 @@ Grid Grid::build(const PrimitiveSet& primitives, bool two_levels, std::vector<ui
   std::vector<Task> tasks(1);
   tasks[0].bounds = primitives.bounds();
   tasks[0].cell = kWhole;
-  for (uint32_t i = 0; i < primitives.size(); ++i) tasks[0].items.push_back({primitives.boxes[i], i});
+  tasks[0].items = references_to(primitives);
   choose_cells(tasks[0].items, tasks[0].bounds, primitives.test_cost, tasks[0].cells);
   while (!tasks.empty()) {
     Task task = std::move(tasks.back());

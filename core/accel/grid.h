@@ -45,7 +45,7 @@ class Grid {
   static Grid build(const PrimitiveSet& primitives, bool two_levels, std::vector<uint32_t>& order);
 
   const std::vector<Level>& levels() const { return levels_; }
-  size_t cell_count() const { return cells_.size(); }
+  size_t node_count() const { return cells_.size(); }
   uint64_t bytes() const { return levels_.size() * sizeof(Level) + cells_.size() * sizeof(Cell); }
   double expected_cost(float test_cost) const;
 

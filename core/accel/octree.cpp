@@ -1,17 +1,12 @@
 #include "accel/octree.h"
 
+#include "accel/reference.h"
+
 namespace tilecast {
 namespace {
 
-constexpr float kLeafCost = 6.0f;        // of the tests in a leaf that is worth no more nodes
-constexpr double kMostReferences = 8.0;  // for each primitive
-constexpr double kNothingParted = 4.0;   // children's references for each of the node's: splitting on is no use
-
-struct Item {
-  FrameBox box;  // padded, of the part in the node's cell
-  uint32_t primitive;
-};
-using Items = std::vector<Item>;
+constexpr float kLeafCost = 6.0f;       // of the tests in a leaf that is worth no more nodes
+constexpr double kNothingParted = 4.0;  // children's references for each of the node's: splitting on is no use
 
 FrameBox child_cell(const FrameBox& cell, const float planes[3], unsigned child) {
   FrameBox out = cell;
@@ -19,7 +14,7 @@ FrameBox child_cell(const FrameBox& cell, const float planes[3], unsigned child)
   return out;
 }
 
-float median(const Items& items, int axis) {
+float median(const References& items, int axis) {
   std::vector<float> centres(items.size());
   for (size_t i = 0; i < items.size(); ++i) centres[i] = items[i].box.centre(axis);
   std::nth_element(centres.begin(), centres.begin() + centres.size() / 2, centres.end());
@@ -32,26 +27,18 @@ bool overlap(const FrameBox& a, const FrameBox& b) { return !a.intersected(b).em
 
 Octree Octree::build(const PrimitiveSet& primitives, Planes kind, std::vector<uint32_t>& order) {
   Octree octree;
-  octree.bounds_ = primitives.bounds();
   order.clear();
-  struct Task {
-    uint32_t node;
-    int depth;
-    double allowed;  // references below
-    FrameBox cell;
-    Items items;
-  };
-  std::vector<Task> tasks(1);
-  tasks[0] = {0, 1, kMostReferences * primitives.size(), octree.bounds_, {}};
-  for (uint32_t i = 0; i < primitives.size(); ++i) tasks[0].items.push_back({primitives.boxes[i], i});
+  std::vector<CellTask> tasks;
+  tasks.push_back(CellTask::root(primitives));
+  octree.bounds_ = tasks[0].cell;
   octree.nodes_.emplace_back();
   while (!tasks.empty()) {
-    Task task = std::move(tasks.back());
+    CellTask task = std::move(tasks.back());
     tasks.pop_back();
     const size_t count = task.items.size();
     Node node;
     bool inner = task.depth < kMaxDepth && count * primitives.test_cost > kLeafCost;
-    Items children[8];
+    References children[8];
     size_t sum = 0;
     if (inner) {
       for (int i = 0; i < 3; ++i) {
@@ -60,9 +47,9 @@ Octree Octree::build(const PrimitiveSet& primitives, Planes kind, std::vector<ui
       }
       for (unsigned c = 0; c < 8; ++c) {
         const FrameBox padded = child_cell(task.cell, node.planes, c).padded(kBoxPadding);
-        for (const Item& item : task.items) {
+        for (const Reference& item : task.items) {
           if (!overlap(item.box, padded)) continue;
-          Item part{padded, item.primitive};
+          Reference part{padded, item.primitive};
           if (primitives.clip_to(item.primitive, part.box)) children[c].push_back(part);
         }
         sum += children[c].size();
@@ -73,7 +60,7 @@ Octree Octree::build(const PrimitiveSet& primitives, Planes kind, std::vector<ui
       node.first = static_cast<uint32_t>(order.size());
       node.count = static_cast<uint32_t>(count);
       octree.nodes_[task.node] = node;
-      for (const Item& item : task.items) order.push_back(item.primitive);
+      for (const Reference& item : task.items) order.push_back(item.primitive);
       continue;
     }
     node.first = static_cast<uint32_t>(octree.nodes_.size());

@@ -15,17 +15,6 @@ constexpr double kShare = 0.02;  // of the nodes, the largest ones: the upper le
 
 using Node = Bvh::Node;
 
-float half_area(const Node& n) {
-  float x = n.hi[0] - n.lo[0], y = n.hi[1] - n.lo[1], z = n.hi[2] - n.lo[2];
-  return x * y + y * z + z * x;
-}
-
-Node joined(const Node& a, const Node& b) {
-  Node out = a;
-  for (int i = 0; i < 3; ++i) out.lo[i] = std::min(a.lo[i], b.lo[i]), out.hi[i] = std::max(a.hi[i], b.hi[i]);
-  return out;
-}
-
 class Optimiser {
  public:
   explicit Optimiser(std::vector<Node>& nodes) : nodes_(nodes), parent_(nodes.size(), 0) {
@@ -38,7 +27,7 @@ class Optimiser {
     std::iota(candidates.begin(), candidates.end(), 1u);
     size_t count = std::min(candidates.size(), std::max<size_t>(64, static_cast<size_t>(kShare * candidates.size())));
     auto larger = [&](uint32_t a, uint32_t b) {
-      float x = half_area(nodes_[a]), y = half_area(nodes_[b]);
+      float x = nodes_[a].box().half_area(), y = nodes_[b].box().half_area();
       return x > y || (x == y && a < b);
     };
     std::partial_sort(candidates.begin(), candidates.begin() + count, candidates.end(), larger);
@@ -57,17 +46,15 @@ class Optimiser {
 
   void refit_from(uint32_t i) {
     for (;; i = parent_[i]) {
-      const Node& children = nodes_[nodes_[i].first];
-      Node box = joined(children, (&children)[1]);
-      std::copy_n(box.lo, 3, nodes_[i].lo);
-      std::copy_n(box.hi, 3, nodes_[i].hi);
+      const uint32_t children = nodes_[i].first;
+      nodes_[i].set_box(nodes_[children].box().joined(nodes_[children + 1].box()));
       if (i == 0) return;
     }
   }
 
   // The node whose sibling `loose` had best become: the sum of all boxes' surfaces grows least.
-  uint32_t best_place(const Node& loose) {
-    const float own = half_area(loose);
+  uint32_t best_place(const FrameBox& loose) {
+    const float own = loose.half_area();
     float best_cost = std::numeric_limits<float>::infinity();
     uint32_t best = 0;
     open_.assign(1, {0.0f, 0});
@@ -77,9 +64,10 @@ class Optimiser {
       open_.pop_back();
       if (place.induced + own >= best_cost) break;  // no place is cheaper than its ancestors' growth and the node
       const Node& there = nodes_[place.node];
-      float direct = half_area(joined(there, loose));
+      const FrameBox box = there.box();
+      float direct = box.joined(loose).half_area();
       if (place.induced + direct < best_cost) best_cost = place.induced + direct, best = place.node;
-      float induced = place.induced + direct - half_area(there);
+      float induced = place.induced + direct - box.half_area();
       if (there.count > 0 || induced + own >= best_cost) continue;
       for (uint32_t child : {there.first, there.first + 1}) {
         open_.push_back({induced, child});
@@ -96,7 +84,7 @@ class Optimiser {
     nodes_[parent] = nodes_[brother];
     adopt(parent);
     if (parent != 0) refit_from(parent_[parent]);
-    uint32_t target = best_place(loose);
+    uint32_t target = best_place(loose.box());
     // The pair holds what was at the target, and the node.
     nodes_[pair] = nodes_[target];
     nodes_[pair + 1] = loose;

@@ -7,23 +7,16 @@
 // that stays whole makes the next one cheaper to keep, until nothing is split.)
 #include "accel/bins.h"
 #include "accel/bvh.h"
+#include "accel/reference.h"
 
 namespace tilecast {
 namespace {
 
-constexpr uint32_t kLeafSize = 4;
-constexpr int kGroupingDepth = 38;
 constexpr float kOverlap = 1e-4f;  // of the root's surface: less is not worth a plane
 // What overlaps is paid for again further down, which the heuristic does not see: a plane may look this much dearer.
 constexpr float kPreference = 1.1f;
 constexpr int kPlaneBins = 16;
 constexpr size_t kFewest = 5;  // references that a plane is tried on
-
-struct Reference {
-  FrameBox box;  // padded, of the part
-  uint32_t primitive;
-};
-using References = std::vector<Reference>;
 
 const FrameBox& box_of(const Reference& reference) { return reference.box; }
 
@@ -169,11 +162,7 @@ Bvh Bvh::build_with_spatial_splits(const PrimitiveSet& primitives, size_t most_r
     References items;
   };
   std::vector<Task> tasks;
-  {
-    References all(primitives.size());
-    for (uint32_t i = 0; i < all.size(); ++i) all[i] = {primitives.boxes[i], i};
-    tasks.push_back({0, 0, most_references - primitives.size(), std::move(all)});
-  }
+  tasks.push_back({0, 0, most_references - primitives.size(), references_to(primitives)});
   order.clear();
   order.reserve(most_references);
   bvh.nodes_.emplace_back();
@@ -203,7 +192,7 @@ Bvh Bvh::build_with_spatial_splits(const PrimitiveSet& primitives, size_t most_r
       }
     }
     Node& node = bvh.nodes_[task.node];
-    for (int i = 0; i < 3; ++i) node.lo[i] = bounds.lo[i], node.hi[i] = bounds.hi[i];
+    node.set_box(bounds);
     if (left.empty() || right.empty()) {
       node.first = static_cast<uint32_t>(order.size());
       node.count = static_cast<uint32_t>(count);
