@@ -9,6 +9,7 @@
 //
 // Where nothing is hit, all but the cost are black.
 #include "integrators/integrator.h"
+#include "scene/descend.h"
 
 namespace tilecast {
 namespace {
@@ -18,14 +19,8 @@ const Rgb kFront(0.1, 0.3, 1.0), kBack(1.0, 0.2, 0.1);
 
 // The first primitive of the placed object that a primitive belongs to: one number for each instance of an instance.
 uint64_t first_of_instance(const Scene& scene, uint64_t primitive) {
-  const Object* object = &scene.objects[scene.root];
-  uint64_t within = primitive;  // the number in `object`
-  while (object->kind == Kind::Group) {
-    const Assembly& group = scene.groups[object->index];
-    uint32_t i = group.find(within);
-    within -= group.first_primitive[i];
-    object = &scene.objects[group.instances[i].object];
-  }
+  uint64_t within = primitive;
+  descend<false>(scene, within, [](const Instance&) {});
   return primitive - within;
 }
 

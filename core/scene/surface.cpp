@@ -1,5 +1,7 @@
 #include "scene/surface.h"
 
+#include "scene/descend.h"
+
 namespace tilecast {
 namespace {
 
@@ -32,27 +34,20 @@ Leaf at_leaf(const Scene& scene, const Object& object, const Ray& ray, const Hit
 }  // namespace
 
 Surface resolve(const Scene& scene, const Ray& ray, const Hit& hit) {
-  const Object* object = &scene.objects[scene.root];
   uint64_t primitive = hit.primitive;
   int material = kInherit;
   Ray local = ray;
   Affine to_world;
   glm::dmat3 to_local{1.0};
   double offsets = 0.0;  // magnitudes that the transforms added and took away
-  while (object->kind == Kind::Group || object->kind == Kind::Csg) {
-    const Assembly& assembly =
-        object->kind == Kind::Group ? scene.groups[object->index] : scene.csgs[object->index].assembly;
-    uint32_t i = assembly.find(primitive);
-    const Instance& instance = assembly.instances[i];
-    primitive -= assembly.first_primitive[i];
+  const Object& object = descend<true>(scene, primitive, [&](const Instance& instance) {
     if (instance.material != kInherit) material = instance.material;
     local = instance.to_local.ray(local);
     offsets += to_world.stretch() * max_abs(instance.to_parent.offset);
     to_world = to_world * instance.to_parent;
     to_local = instance.to_local.linear * to_local;
-    object = &scene.objects[instance.object];
-  }
-  Leaf leaf = at_leaf(scene, *object, local, hit, primitive);
+  });
+  Leaf leaf = at_leaf(scene, object, local, hit, primitive);
   Surface surface;
   surface.local_point = leaf.point;
   surface.local_normal = leaf.normal;

@@ -2,6 +2,7 @@
 
 #include "base/counters.h"
 #include "scene/csg.h"
+#include "scene/descend.h"
 
 namespace tilecast {
 namespace {
@@ -130,18 +131,12 @@ bool occluded(const Scene& scene, const Object& object, const Ray& ray, uint64_t
 
 // Whether the object that holds one primitive (a triangle: it alone) stops the ray.
 bool occluded_by(const Scene& scene, Ray ray, uint64_t primitive) {
-  const Object* object = &scene.objects[scene.root];
-  if (primitive >= object->primitives) return false;
-  while (object->kind == Kind::Group) {
-    const Assembly& group = scene.groups[object->index];
-    uint32_t i = group.find(primitive);
-    primitive -= group.first_primitive[i];
-    ray = group.instances[i].to_local.ray(ray);
-    object = &scene.objects[group.instances[i].object];
-  }
+  if (primitive >= scene.objects[scene.root].primitives) return false;
+  const Object& object =
+      descend<false>(scene, primitive, [&](const Instance& instance) { ray = instance.to_local.ray(ray); });
   uint64_t ignored;
-  if (object->kind != Kind::Mesh) return occluded(scene, *object, ray, 0, ignored);
-  const Mesh& mesh = scene.meshes[object->index].mesh();
+  if (object.kind != Kind::Mesh) return occluded(scene, object, ray, 0, ignored);
+  const Mesh& mesh = scene.meshes[object.index].mesh();
   FrameRay local;
   TriangleHit hit;
   return enter_frame(mesh.frame, ray, local) && intersect(local, mesh.triangle(static_cast<uint32_t>(primitive)), hit) &&
