@@ -5,31 +5,10 @@
 namespace tilecast::stress {
 namespace {
 
-// Meshes, solids and CSG in instances of instances, some of them twice at one place.
-std::shared_ptr<const Scene> crowd(std::string_view kind) {
-  std::mt19937_64 random(5);
-  SceneBuilder builder;
-  uint32_t sphere = builder.add_solid(Sphere{0.4}), block = builder.add_solid(Block{Vec3(-0.3), Vec3(0.3)});
-  uint32_t cylinder = builder.add_solid(Cylinder{0.2, 0.8}), rectangle = builder.add_rectangle(1.0, 0.7);
-  uint32_t cube = builder.add_mesh(gridded_cube(1).build(), kind);
-  uint32_t ball = builder.add_mesh(icosphere(0).transformed(0.5, Vec3(0.2)).build(), kind);
-  uint32_t drilled = builder.add_csg(CsgOperation::Difference, {{block, Affine{}}, {cylinder, Affine{}}});
-  std::vector<InstanceSource> members;
-  for (uint32_t object : {sphere, block, cylinder, rectangle, cube, ball, drilled})
-    for (int i = 0; i < 2; ++i) members.push_back({object, random_affine(random)});
-  members.push_back(members.back());  // the same twice: only the order of primitives tells them apart
-  members.push_back(members[8]);
-  uint32_t group = builder.add_group(members, kind);
-  std::vector<InstanceSource> top;
-  for (int i = 0; i < 3; ++i) top.push_back({group, random_affine(random)});
-  top.push_back({group, top[1].transform});
-  top.push_back({cube, Affine{}});
-  top.push_back({cube, Affine{}});
-  return scene_of(builder, top, kind);
-}
-
 bool tie_differs(std::mt19937_64& random, uint64_t i) {
-  static const std::vector<std::shared_ptr<const Scene>> scenes = for_each_kind(crowd);
+  static const std::vector<std::shared_ptr<const Scene>> scenes = for_each_kind([](std::string_view kind) {
+    return crowd({.seed = 5, .cells = 1, .levels = 0, .copies = 2, .groups = 3}, kind);
+  });
   Ray ray = random_ray(random, i % 2 ? 0.5 : 8.0);
   if (i % 7 == 0) ray.direction[i % 3] = 0.0;
   return !same_hits(*scenes[0], *scenes[1 + i % (scenes.size() - 1)], ray);
@@ -69,9 +48,9 @@ bool lattice_ray_differs(std::mt19937_64& random, uint64_t i) {
 
 void add_agreement(std::vector<Case>& out) {
   out.push_back({"ties", 5, "rays that differ from brute force", 0, Combine::Sum, 100'000, 1'000'000'000,
-                 [](uint64_t first, uint64_t count) { return sum_over(first, count, tie_differs); }});
+                 sum_of(tie_differs)});
   out.push_back({"lattice", 6, "rays that differ from brute force", 0, Combine::Sum, 500'000, 100'000'000,
-                 [](uint64_t first, uint64_t count) { return sum_over(first, count, lattice_ray_differs); }});
+                 sum_of(lattice_ray_differs)});
 }
 
 }  // namespace tilecast::stress

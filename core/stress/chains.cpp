@@ -94,7 +94,7 @@ void add_chains(std::vector<Case>& out) {
   out.push_back({"deep-csg", 20, "wrong lines, 100,000 deep on a stack of 256 KiB", 0, Combine::Sum, 512, 100'000,
                  wrong_in_row, 512});
   out.push_back({"csg-chain", 0, "wrong lines, 1,000 shells in each other", 0, Combine::Sum, 512, 1'000'000,
-                 [](uint64_t first, uint64_t count) { return sum_over(first, count, shell_is_wrong); }, 64});
+                 sum_of(shell_is_wrong), 64});
 }
 
 }  // namespace tilecast::stress

@@ -149,7 +149,7 @@ bool speckles(std::mt19937_64& random, uint64_t i) {
 
 void add_coplanar(std::vector<Case>& out) {
   out.push_back({"coplanar-csg", 18, "lines that show a speckle, 54 arrangements", 0, Combine::Sum, 1'000'000, 100'000'000,
-                 [](uint64_t first, uint64_t count) { return sum_over(first, count, speckles); }});
+                 sum_of(speckles)});
 }
 
 }  // namespace tilecast::stress

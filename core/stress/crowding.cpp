@@ -71,7 +71,7 @@ void add_crowding(std::vector<Case>& out) {
   out.push_back({"identical-primitives", 33, "memory, in that of distinct ones", 2, Combine::Max, 30'000, 10'000'000,
                  [](uint64_t, uint64_t count) { return memory_of_identical(count); }, ~uint64_t(0)});
   out.push_back({"adversarial-chain", 34, "rays that differ from brute force, 10,000 deep", 0, Combine::Sum, 2'000, 10'000'000,
-                 [](uint64_t first, uint64_t count) { return sum_over(first, count, chain_ray_differs); }, 256});
+                 sum_of(chain_ray_differs), 256});
 }
 
 }  // namespace tilecast::stress

@@ -207,11 +207,11 @@ void add_extreme_geometry(std::vector<Case>& out) {
   out.push_back(against_brute_force("one-primitive", 300'000, one_primitive, anywhere));
   out.push_back(against_brute_force("empty", 300'000, empty, anywhere));
   out.push_back({"world-offset", 0, "leaks, and hits unlike those about the origin", 0, Combine::Sum, 500'000, 100'000'000,
-                 [](uint64_t first, uint64_t count) { return sum_over(first, count, faraway_is_wrong); }});
+                 sum_of(faraway_is_wrong)});
   out.push_back({"odd-vertices", 0, "built or refused wrongly", 0, Combine::Sum, 4'000, 10'000'000,
-                 [](uint64_t first, uint64_t count) { return sum_over(first, count, odd_mesh_is_wrong); }, 256});
+                 sum_of(odd_mesh_is_wrong), 256});
   out.push_back({"grazing", 0, "error of hits at 89.9999 degrees, in 8 u of the extent", 1, Combine::Max, 500'000, 100'000'000,
-                 [](uint64_t first, uint64_t count) { return worst_over(first, count, grazing_error); }});
+                 worst_of(grazing_error)});
 }
 
 }  // namespace tilecast::stress

@@ -105,17 +105,13 @@ double wrong_values(uint64_t i, Lamp kind) {
 
 void add_extreme_light(std::vector<Case>& out) {
   out.push_back({"parallel-mirrors", 0, "rays that get out, 10,000 deep", 0, Combine::Sum, 512, 1'000'000,
-                 [](uint64_t first, uint64_t count) { return sum_over(first, count, escapes_from_mirrors); }, 32});
+                 sum_of(escapes_from_mirrors), 32});
   out.push_back({"glass-furnace", 0, "error of a sample, in 8 u for each segment", 1, Combine::Max, 20'000, 10'000'000,
-                 [](uint64_t first, uint64_t count) { return worst_over(first, count, furnace_error); }, 256});
+                 worst_of(furnace_error), 256});
   out.push_back({"light-without-area", 0, "values that are not black", 0, Combine::Sum, 8, 20'000,
-                 [](uint64_t first, uint64_t count) {
-                   return sum_over(first, count, [](auto&, uint64_t i) { return wrong_values(i, Lamp::Flat); });
-                 }, 1});
+                 sum_of([](auto&, uint64_t i) { return wrong_values(i, Lamp::Flat); }), 1});
   out.push_back({"tiny-bright-light", 0, "values that are not finite or negative, or no light at all", 0, Combine::Sum, 8, 20'000,
-                 [](uint64_t first, uint64_t count) {
-                   return sum_over(first, count, [](auto&, uint64_t i) { return wrong_values(i, Lamp::Tiny); });
-                 }, 1});
+                 sum_of([](auto&, uint64_t i) { return wrong_values(i, Lamp::Tiny); }), 1});
 }
 
 }  // namespace tilecast::stress

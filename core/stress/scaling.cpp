@@ -85,9 +85,7 @@ bool scaling_shows(const ScaledScenes& scenes, std::mt19937_64& random, uint64_t
 
 void add(std::vector<Case>& out, const char* name, const ScaledScenes& (*scenes)()) {
   out.push_back({name, 12, "rays whose hits change with the scale", 0, Combine::Sum, 300'000, 1'000'000'000,
-                 [scenes](uint64_t first, uint64_t count) {
-                   return sum_over(first, count, [&](auto& random, uint64_t i) { return scaling_shows(scenes(), random, i); });
-                 }});
+                 sum_of([scenes](auto& random, uint64_t i) { return scaling_shows(scenes(), random, i); })});
 }
 
 }  // namespace

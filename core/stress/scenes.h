@@ -60,6 +60,34 @@ inline std::shared_ptr<const Scene> scene_of(SceneBuilder& builder, const std::v
   return builder.build(builder.add_group(instances, accelerator), options);
 }
 
+// Meshes, solids and CSG in instances of instances, some of them twice at one place.
+struct Crowd {
+  uint64_t seed;
+  int cells, levels;   // of the meshes: along the cube's edge; of the ball
+  int copies, groups;  // of each object in a group; of the group
+};
+inline std::shared_ptr<const Scene> crowd(const Crowd& size, const AcceleratorChoice& accelerator) {
+  std::mt19937_64 random(size.seed);
+  SceneBuilder builder;
+  uint32_t sphere = builder.add_solid(Sphere{0.4}), block = builder.add_solid(Block{Vec3(-0.3), Vec3(0.3)});
+  uint32_t cylinder = builder.add_solid(Cylinder{0.2, 0.8}), rectangle = builder.add_rectangle(1.0, 0.7);
+  uint32_t cube = builder.add_mesh(gridded_cube(size.cells).build(), accelerator);
+  uint32_t ball = builder.add_mesh(icosphere(size.levels).transformed(0.5, Vec3(0.2)).build(), accelerator);
+  uint32_t drilled = builder.add_csg(CsgOperation::Difference, {{block, Affine{}}, {cylinder, Affine{}}});
+  std::vector<InstanceSource> members;
+  for (uint32_t object : {sphere, block, cylinder, rectangle, cube, ball, drilled})
+    for (int i = 0; i < size.copies; ++i) members.push_back({object, random_affine(random)});
+  members.push_back(members.back());  // the same twice: only the order of primitives tells them apart
+  members.push_back(members[4 * size.copies]);
+  uint32_t group = builder.add_group(members, accelerator);
+  std::vector<InstanceSource> top;
+  for (int i = 0; i < size.groups; ++i) top.push_back({group, random_affine(random)});
+  top.push_back({group, top[1].transform});
+  top.push_back({cube, Affine{}});
+  top.push_back({cube, Affine{}});
+  return scene_of(builder, top, accelerator);
+}
+
 inline Ray random_ray(std::mt19937_64& random, double radius) {
   Vec3 origin = radius * random_direction(random);
   std::uniform_real_distribution<double> unit(-1, 1);

@@ -78,7 +78,7 @@ double point_error(std::mt19937_64& random, uint64_t i) {
 
 void add_slivers(std::vector<Case>& out) {
   out.push_back({"slivers", 7, "distance of a hit from its triangle, in 8 u of the extent", 1, Combine::Max, 1'000'000,
-                 1'000'000'000, [](uint64_t first, uint64_t count) { return worst_over(first, count, point_error); }});
+                 1'000'000'000, worst_of(point_error)});
 }
 
 }  // namespace tilecast::stress

@@ -70,6 +70,15 @@ double worst_over(uint64_t first, uint64_t count, CaseFigure&& case_figure) {
   }
   return worst;
 }
+// The same, as a case's `run`.
+template <class CaseFigure>
+auto sum_of(CaseFigure case_figure) {
+  return [case_figure](uint64_t first, uint64_t count) { return sum_over(first, count, case_figure); };
+}
+template <class CaseFigure>
+auto worst_of(CaseFigure case_figure) {
+  return [case_figure](uint64_t first, uint64_t count) { return worst_over(first, count, case_figure); };
+}
 
 // One function for each family; each adds its cases.
 void add_triangles(std::vector<Case>& out);

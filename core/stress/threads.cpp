@@ -79,7 +79,7 @@ double differing(std::mt19937_64& random, uint64_t i) {
 
 void add_threads(std::vector<Case>& out) {
   out.push_back({"threads-and-tiles", 32, "values that change with threads or tiles", 0, Combine::Sum, 18, 9'000,
-                 [](uint64_t first, uint64_t count) { return sum_over(first, count, differing); }, 1});
+                 sum_of(differing), 1});
 }
 
 }  // namespace tilecast::stress

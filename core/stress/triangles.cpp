@@ -71,20 +71,15 @@ Tally aim(const std::vector<Placed>& meshes, std::mt19937_64& random, uint64_t i
 
 void add_triangles(std::vector<Case>& out) {
   out.push_back({"watertight", 1, "rays that leave a closed mesh", 0, Combine::Sum, 1'000'000, 1'000'000'000,
-                 [](uint64_t first, uint64_t count) {
-                   return sum_over(first, count, [](auto& random, uint64_t i) { return aim(plain_meshes(), random, i).leaks; });
-                 }});
+                 sum_of([](auto& random, uint64_t i) { return aim(plain_meshes(), random, i).leaks; })});
   out.push_back({"even-crossings", 2, "lines whose signed crossings do not sum to zero", 0, Combine::Sum, 1'000'000,
-                 1'000'000'000, [](uint64_t first, uint64_t count) {
-                   return sum_over(first, count, [](auto& random, uint64_t i) { return aim(plain_meshes(), random, i).unbalanced; });
-                 }});
+                 1'000'000'000,
+                 sum_of([](auto& random, uint64_t i) { return aim(plain_meshes(), random, i).unbalanced; })});
   out.push_back({"collinear-faces", 8, "leaks and unbalanced lines, 10% of the faces collinear", 0, Combine::Sum, 1'000'000,
-                 1'000'000'000, [](uint64_t first, uint64_t count) {
-                   return sum_over(first, count, [](auto& random, uint64_t i) {
-                     Tally tally = aim(collinear_meshes(), random, i);
-                     return tally.leaks || tally.unbalanced;
-                   });
-                 }});
+                 1'000'000'000, sum_of([](auto& random, uint64_t i) {
+                   Tally tally = aim(collinear_meshes(), random, i);
+                   return tally.leaks || tally.unbalanced;
+                 })});
 }
 
 }  // namespace tilecast::stress

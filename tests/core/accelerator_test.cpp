@@ -8,27 +8,6 @@ namespace {
 
 using namespace stress;
 
-// Meshes and solids in instances of instances, some on top of each other.
-std::shared_ptr<const Scene> crowd(const AcceleratorChoice& accelerator, uint64_t seed) {
-  std::mt19937_64 random(seed);
-  SceneBuilder builder;
-  uint32_t sphere = builder.add_solid(Sphere{0.4}), block = builder.add_solid(Block{Vec3(-0.3), Vec3(0.3)});
-  uint32_t cylinder = builder.add_solid(Cylinder{0.2, 0.8}), rectangle = builder.add_rectangle(1.0, 0.7);
-  uint32_t cube = builder.add_mesh(gridded_cube(4).build(), accelerator);
-  uint32_t ball = builder.add_mesh(icosphere(2).transformed(0.5, Vec3(0.2)).build(), accelerator);
-  uint32_t drilled = builder.add_csg(CsgOperation::Difference, {{block, Affine{}}, {cylinder, Affine{}}});
-  std::vector<InstanceSource> members;
-  for (uint32_t object : {sphere, block, cylinder, rectangle, cube, ball, drilled})
-    for (int i = 0; i < 3; ++i) members.push_back({object, random_affine(random)});
-  members.push_back(members.back());  // the same twice: only the order of primitives tells them apart
-  uint32_t group = builder.add_group(members, accelerator);
-  std::vector<InstanceSource> top;
-  for (int i = 0; i < 5; ++i) top.push_back({group, random_affine(random)});
-  top.push_back({cube, Affine{}});
-  top.push_back({cube, Affine{}});
-  return scene_of(builder, top, accelerator);
-}
-
 std::vector<AcceleratorChoice> choices() {
   std::vector<AcceleratorChoice> out{"auto"};
   for (const std::string& kind : accelerator_kinds()) out.push_back(std::string_view(kind));
@@ -49,10 +28,11 @@ constexpr int kRays = 700;
 
 TEST(Accelerators, GiveTheHitOfBruteForceBitForBit) {
   for (uint64_t seed = 1; seed <= 2; ++seed) {
-    auto brute = crowd("none", seed);
+    const Crowd size{.seed = seed, .cells = 4, .levels = 2, .copies = 3, .groups = 5};
+    auto brute = crowd(size, "none");
     EXPECT_EQ(brute->accelerator.kind, "none");
     for (const AcceleratorChoice& choice : choices()) {
-      auto scene = crowd(choice, seed);
+      auto scene = crowd(size, choice);
       SCOPED_TRACE(choice.kind + " " + choice.grouping);
       if (choice.kind != "auto") { EXPECT_EQ(scene->accelerator.kind, choice.kind); }
       std::mt19937_64 random(seed);

@@ -32,6 +32,18 @@ class EverySolid : public ::testing::TestWithParam<int> {
   Ray line(const Solid& solid) {
     return line_at(random() & 1 ? somewhere(solid) : awkward_point(solid, random), size_of(solid), random);
   }
+  // test(solid, line, crossing), until one fails.
+  template <class Test>
+  void for_crossings(int lines, Test&& test) {
+    for (int i = 0; i < lines && !HasFatalFailure(); ++i) {
+      SCOPED_TRACE("case " + std::to_string(i));
+      Solid s = solid();
+      Ray ray = line_at(somewhere(s), size_of(s), random);
+      SolidCrossing list[kMaxSolidCrossings];
+      int count = crossings(s, ray, list);
+      for (int k = 0; k < count && !HasFatalFailure(); ++k) test(s, ray, list[k]);
+    }
+  }
 };
 
 TEST_P(EverySolid, IsCrossedWhereItsFunctionChangesSign) {
@@ -92,44 +104,32 @@ TEST_P(EverySolid, MovesACrossingByNoMoreThanItsErrorWhenTheLineIsRounded) {
 }
 
 TEST_P(EverySolid, BringsAPointOntoItsSurfaceAndKnowsTheWayOut) {
-  for (int i = 0; i < 5000; ++i) {
-    Solid s = solid();
-    Ray ray = line_at(somewhere(s), size_of(s), random);
-    SolidCrossing list[kMaxSolidCrossings];
-    int count = crossings(s, ray, list);
-    for (int k = 0; k < count; ++k) {
-      Vec3 p = project(s, list[k].face, ray.at(list[k].t)), n = outward(s, list[k].face, p);
-      // What Surface takes for the point's error, along the normal.
-      n *= projection_error(s, p) / std::sqrt(glm::dot(n, n));
-      auto beyond = [&](double side) {
-        return implicit(s, {Quad(p.x) + side * n.x, Quad(p.y) + side * n.y, Quad(p.z) + side * n.z});
-      };
-      ASSERT_GT(beyond(1.0), 0) << "case " << i << ", face " << list[k].face;
-      // No farther than the line's own rounding, and the crossing's error along it.
-      Vec3 moved = p - ray.at(list[k].t);
-      double reach = 64 * kUnitRoundoff * (max_abs(ray.origin) + size_of(s)) + list[k].error * max_abs(ray.direction);
-      ASSERT_LE(max_abs(moved), reach) << "case " << i << ", face " << list[k].face;
-    }
-  }
+  for_crossings(5000, [](const Solid& s, const Ray& ray, const SolidCrossing& crossing) {
+    Vec3 p = project(s, crossing.face, ray.at(crossing.t)), n = outward(s, crossing.face, p);
+    // What Surface takes for the point's error, along the normal.
+    n *= projection_error(s, p) / std::sqrt(glm::dot(n, n));
+    auto beyond = [&](double side) {
+      return implicit(s, {Quad(p.x) + side * n.x, Quad(p.y) + side * n.y, Quad(p.z) + side * n.z});
+    };
+    ASSERT_GT(beyond(1.0), 0) << "face " << crossing.face;
+    // No farther than the line's own rounding, and the crossing's error along it.
+    Vec3 moved = p - ray.at(crossing.t);
+    double reach = 64 * kUnitRoundoff * (max_abs(ray.origin) + size_of(s)) + crossing.error * max_abs(ray.direction);
+    ASSERT_LE(max_abs(moved), reach) << "face " << crossing.face;
+  });
 }
 
 TEST_P(EverySolid, StaysWithinItsBounds) {
-  for (int i = 0; i < 5000; ++i) {
-    Solid s = solid();
-    Ray ray = line_at(somewhere(s), size_of(s), random);
-    SolidCrossing list[kMaxSolidCrossings];
-    int count = crossings(s, ray, list);
+  for_crossings(5000, [](const Solid& s, const Ray& ray, const SolidCrossing& crossing) {
     Box box = bounds(s);
-    for (int k = 0; k < count; ++k) {
-      Vec3 p = ray.at(list[k].t);
-      Vec3 slack = 8 * kUnitRoundoff * (glm::abs(ray.origin) + max_abs(box.lo) + max_abs(box.hi)) +
-                   list[k].error * glm::abs(ray.direction);
-      for (int axis = 0; axis < 3; ++axis) {
-        ASSERT_GE(p[axis], box.lo[axis] - slack[axis]);
-        ASSERT_LE(p[axis], box.hi[axis] + slack[axis]);
-      }
+    Vec3 p = ray.at(crossing.t);
+    Vec3 slack = 8 * kUnitRoundoff * (glm::abs(ray.origin) + max_abs(box.lo) + max_abs(box.hi)) +
+                 crossing.error * glm::abs(ray.direction);
+    for (int axis = 0; axis < 3; ++axis) {
+      ASSERT_GE(p[axis], box.lo[axis] - slack[axis]);
+      ASSERT_LE(p[axis], box.hi[axis] + slack[axis]);
     }
-  }
+  });
 }
 
 const char* const kNames[] = {"Sphere", "Block",        "Cylinder", "Cone",     "Capsule",

@@ -209,13 +209,11 @@ class _Compiler:
                                            f"{self.max_triangles:,} that are allowed here")
                 with _at(path):
                     return builder.mesh(vertices, faces, accelerator=accelerator)
-            case schema.Group():
+            case schema.Group() | schema.Union() | schema.Intersection() | schema.Difference():
                 arrays = _arrays(placed := self._operands(path, node), [child.material for child in placed])
                 with _at(path):
-                    return builder.group(*arrays, accelerator=accelerator)
-            case schema.Union() | schema.Intersection() | schema.Difference():
-                arrays = _arrays(placed := self._operands(path, node), [child.material for child in placed])
-                with _at(path):
+                    if node.type == "group":
+                        return builder.group(*arrays, accelerator=accelerator)
                     return builder.csg(node.type, *arrays)
         with _at(path):
             match node:
