@@ -68,7 +68,7 @@ Accelerator Accelerator::build(const AcceleratorChoice& choice, const PrimitiveS
     if (kind == "auto") {
       kind = "bvh";
       const double cost = bvh.expected_cost(primitives.test_cost);
-      if (count <= kFew) {
+      if (count <= kFew && !primitives.mesh) {  // eight triangles are tested at once: there is nothing to go without
         Accelerator all = build("none", primitives);
         if (all.stats_.cost < cost) return all;
       }
@@ -108,6 +108,13 @@ Accelerator Accelerator::build(const AcceleratorChoice& choice, const PrimitiveS
       out.structure_);
   stats.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return out;
+}
+
+void Accelerator::give_way(uint64_t nodes, uint64_t bytes) {
+  structure_ = BruteForce();
+  order_ = {};
+  stats_.nodes = nodes;
+  stats_.bytes = bytes;
 }
 
 }  // namespace tilecast

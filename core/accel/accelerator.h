@@ -45,7 +45,10 @@ class Accelerator {
   // Primitives in the order of the leaves.
   const std::vector<uint32_t>& order() const { return order_; }
   const AcceleratorStats& stats() const { return stats_; }
-  const Bvh& hierarchy() const { return std::get<Bvh>(structure_); }  // of a bvh or sbvh alone
+  bool is_hierarchy() const { return std::holds_alternative<Bvh>(structure_); }  // a bvh or sbvh
+  const Bvh& hierarchy() const { return std::get<Bvh>(structure_); }
+  // Drops the structure for another that was made of it; the statistics tell of that one.
+  void give_way(uint64_t nodes, uint64_t bytes);
   // Whether a traversal offers a primitive once. Otherwise a mailbox keeps most repetitions away, not all.
   bool visits_once() const { return visits_once_; }
 

@@ -41,12 +41,26 @@ inline void nearest_on_outline(const double x[3], const double y[3], double w[3]
   }
 }
 
-inline TriangleHit refine(const FrameRay& ray, const Triangle& triangle, bool entering) {
-  Vec3 p[3] = {Vec3(triangle.a) - ray.origin64, Vec3(triangle.b) - ray.origin64, Vec3(triangle.c) - ray.origin64};
-  double x[3], y[3];
+// A line in double, its coordinates in the order x, y, z of the ray's shear.
+struct ShearedLine {
+  double origin[3];
+  double shear_x, shear_y;
+  double along;  // the direction's largest component
+  double t_start, t_scale;
+};
+
+inline ShearedLine sheared(const FrameRay& ray) {
+  const double *origin = &ray.origin64.x, *direction = &ray.direction64.x;
+  return {{origin[ray.x], origin[ray.y], origin[ray.z]}, ray.shear_x64, ray.shear_y64, direction[ray.z], ray.t_start, ray.t_scale};
+}
+
+// vertices: in the same order of coordinates.
+inline TriangleHit refine(const ShearedLine& line, const float vertices[3][3], bool entering) {
+  double x[3], y[3], z[3];
   for (int i = 0; i < 3; ++i) {
-    x[i] = std::fma(-ray.shear_x64, p[i][ray.z], p[i][ray.x]);
-    y[i] = std::fma(-ray.shear_y64, p[i][ray.z], p[i][ray.y]);
+    z[i] = vertices[i][2] - line.origin[2];
+    x[i] = std::fma(-line.shear_x, z[i], vertices[i][0] - line.origin[0]);
+    y[i] = std::fma(-line.shear_y, z[i], vertices[i][1] - line.origin[1]);
   }
   double w[3];
   for (int i = 0; i < 3; ++i) {
@@ -59,9 +73,8 @@ inline TriangleHit refine(const FrameRay& ray, const Triangle& triangle, bool en
     nearest_on_outline(x, y, w);
     sum = 1.0;
   }
-  double z = (w[0] * p[0][ray.z] + w[1] * p[1][ray.z] + w[2] * p[2][ray.z]) / sum;
-  double s = z / ray.direction64[ray.z];
-  return {(ray.t_start + s) * ray.t_scale, w[1] / sum, w[2] / sum, entering};
+  double s = (w[0] * z[0] + w[1] * z[1] + w[2] * z[2]) / sum / line.along;
+  return {(line.t_start + s) * line.t_scale, w[1] / sum, w[2] / sum, entering};
 }
 
 inline bool intersect(const FrameRay& ray, const Triangle& triangle, TriangleHit& hit) {
@@ -79,7 +92,10 @@ inline bool intersect(const FrameRay& ray, const Triangle& triangle, TriangleHit
   if (sb * sc < 0 || sc * sa < 0) return false;
   int side = sa + sb + sc;
   if (side == 0) return false;
-  hit = refine(ray, triangle, side < 0);
+  float sheared_order[3][3];
+  for (int i = 0; i < 3; ++i)
+    sheared_order[i][0] = vertices[i][ray.x], sheared_order[i][1] = vertices[i][ray.y], sheared_order[i][2] = vertices[i][ray.z];
+  hit = refine(sheared(ray), sheared_order, side < 0);
   return true;
 }
 

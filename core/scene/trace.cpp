@@ -63,13 +63,12 @@ void closest(const Scene& scene, const Object& object, const Ray& ray, uint64_t 
         offer({t, base, 0.0, 0.0, ray.direction.y < 0.0});
       break;
     }
-    case Kind::Mesh:
+    case Kind::Mesh: {
       TILECAST_COUNT(mesh);
-      scene.meshes[object.index].intersect(ray, ray.t_min, best.t, cost, [&](uint32_t face, const TriangleHit& hit) {
-        offer({hit.t, base + face, hit.u, hit.v, hit.entering});
-        return false;
-      });
+      const FaceHit hit = scene.meshes[object.index].closest({ray.origin, ray.direction, ray.t_min, best.t}, cost);
+      if (hit.face != FaceHit::kNone) offer({hit.t, base + hit.face, hit.u, hit.v, hit.entering});
       break;
+    }
     case Kind::Csg:
       visit_crossings(scene, scene.csgs[object.index], ray, ray.t_min, best.t, base, [&](const Crossing& crossing) {
         if (!(crossing.t > ray.t_min)) return false;
@@ -105,12 +104,12 @@ bool occluded(const Scene& scene, const Object& object, const Ray& ray, uint64_t
       occluder = base;
       return intersect(scene.flats[object.index], ray, t) && within(t);
     }
-    case Kind::Mesh:
+    case Kind::Mesh: {
       TILECAST_COUNT(mesh);
-      return scene.meshes[object.index].intersect(ray, ray.t_min, ray.t_max, free, [&](uint32_t face, const TriangleHit&) {
-        occluder = base + face;
-        return true;
-      });
+      const uint32_t face = scene.meshes[object.index].occluded(ray);
+      occluder = base + face;
+      return face != FaceHit::kNone;
+    }
     case Kind::Csg: {
       bool hit = false;
       occluder = base;
@@ -208,11 +207,12 @@ void crossings(const Scene& scene, const Object& object, const Ray& line, uint64
       TILECAST_COUNT(mesh);
       const AcceleratedMesh& mesh = scene.meshes[object.index];
       size_t begin = out.size();
-      mesh.intersect(line, -kInfinity, kInfinity, free, [&](uint32_t face, const TriangleHit& hit) {
-        out.push_back({{hit.t, base + face, hit.u, hit.v, hit.entering},
-                       crossing_error(mesh.mesh(), face, line, line_error.at(hit.t))});
-        return false;
-      });
+      thread_local std::vector<FaceHit> hits;
+      hits.clear();
+      mesh.all_hits({line.origin, line.direction, -kInfinity, kInfinity}, hits);
+      for (const FaceHit& hit : hits)
+        out.push_back({{hit.t, base + hit.face, hit.u, hit.v, hit.entering},
+                       crossing_error(mesh.mesh(), hit.face, line, line_error.at(hit.t))});
       tidy(out, begin, mesh.accelerator());
       break;
     }

@@ -33,10 +33,7 @@ double memory_of_identical(uint64_t count) {
     worst = std::max(worst, static_cast<double>(mesh.bytes()) / distinct);
     Vec3 corner = mesh.mesh().frame.from_frame(Vec3(mesh.mesh().vertices[0]));
     std::vector<bool> seen(count);
-    mesh.intersect({corner + Vec3(0.002, 0.003, 1.0), Vec3(0, 0, -1)}, 0.0, kInfinity, [&](uint32_t face, const TriangleHit&) {
-      seen[face] = true;
-      return false;
-    });
+    for (const FaceHit& hit : mesh.all_hits({corner + Vec3(0.002, 0.003, 1.0), Vec3(0, 0, -1)})) seen[hit.face] = true;
     if (!std::all_of(seen.begin(), seen.end(), [](bool s) { return s; })) return kInfinity;
   }
   return worst;

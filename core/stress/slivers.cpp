@@ -59,18 +59,17 @@ double point_error(std::mt19937_64& random, uint64_t i) {
   Vec3 from = random_direction(random);
   if (i & 1)  // along the triangle's plane, but for 1 .. 1e-7
     from = glm::normalize(glm::normalize(b - a) + from / log_uniform(random, 7.0));
-  Ray ray{p + 3.0 * unit(random) * from, -from};
+  Ray ray{p + 3.0 * unit(random) * from, -from, -kInfinity};
   double worst = 0.0;
-  mesh.intersect(ray, -kInfinity, kInfinity, [&](uint32_t face, const TriangleHit& hit) {
+  for (const FaceHit& hit : mesh.all_hits(ray)) {
     Wide corners[3];
     long double extent = 0.0L;
-    for (int k = 0; k < 3; ++k) corners[k] = Wide(corner(face, k));
+    for (int k = 0; k < 3; ++k) corners[k] = Wide(corner(hit.face, k));
     for (int k = 0; k < 3; ++k) extent = std::max(extent, glm::length(corners[(k + 1) % 3] - corners[k]));
     Wide at = Wide(ray.origin) + static_cast<long double>(hit.t) * Wide(ray.direction);
     double error = static_cast<double>(distance(at, corners) / (8 * kFloatRoundoff * extent));
     if (!(error <= worst)) worst = error;
-    return false;
-  });
+  }
   return worst;
 }
 

@@ -54,16 +54,18 @@ Tally aim(const std::vector<Placed>& meshes, std::mt19937_64& random, uint64_t i
   bool from_inside = round & 1;
   Vec3 target = vertex_or_edge_point(placed.mesh.mesh(), random);
   double distance = from_inside ? placed.radius * unit(random) : 100.0 * placed.radius;
-  Ray ray{placed.inside + distance * random_direction(random), {}};
+  Ray ray{placed.inside + distance * random_direction(random), {}, -kInfinity};
   ray.direction = target - ray.origin;
   if (round & 2) ray.direction = glm::normalize(ray.direction);
   int sum = 0;
   bool hit = false;
-  placed.mesh.intersect(ray, -kInfinity, kInfinity, [&](uint32_t, const TriangleHit& h) {
+  thread_local std::vector<FaceHit> hits;
+  hits.clear();
+  placed.mesh.all_hits(ray, hits);
+  for (const FaceHit& h : hits) {
     sum += h.entering ? 1 : -1;
     hit |= h.t > 0.0;
-    return false;
-  });
+  }
   return {from_inside && !hit, sum != 0};
 }
 

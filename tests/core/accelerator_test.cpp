@@ -72,12 +72,11 @@ TEST(Accelerators, BuildAMillionIdenticalTriangles) {
   AcceleratedMesh mesh(source.build(), "bvh");
   EXPECT_LE(mesh.accelerator().stats().nodes, 2000000u);
   uint32_t first = ~0u;
-  double t_max = kInfinity;
-  mesh.intersect({Vec3(0.2, 0.2, 1), Vec3(0, 0, -1)}, 0.0, t_max, [&](uint32_t face, const TriangleHit&) {
-    first = std::min(first, face);
-    return false;
-  });
+  Ray ray{Vec3(0.2, 0.2, 1), Vec3(0, 0, -1)};
+  for (const FaceHit& hit : mesh.all_hits(ray)) first = std::min(first, hit.face);
   EXPECT_EQ(first, 0u);
+  NoCost free;
+  EXPECT_EQ(mesh.closest(ray, free).face, 0u);
 }
 
 TEST(Scaling, ByAPowerOfTwoScalesTExactly) {

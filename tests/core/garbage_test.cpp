@@ -54,10 +54,7 @@ TEST(Garbage, MeshesAreRefusedOrBuilt) {
       AcceleratedMesh mesh(Mesh::build(vertices, faces), "bvh");
       ASSERT_TRUE(finite);
       ++built;
-      mesh.intersect({{0, 0, 5}, {0.01, 0.02, -1}}, 0.0, kInfinity, [](uint32_t, const TriangleHit& hit) {
-        EXPECT_FALSE(std::isnan(hit.t));
-        return false;
-      });
+      for (const FaceHit& hit : mesh.all_hits({{0, 0, 5}, {0.01, 0.02, -1}})) EXPECT_FALSE(std::isnan(hit.t));
       find_open_edge(mesh.mesh());
     } catch (const Error&) {
     }

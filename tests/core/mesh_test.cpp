@@ -19,14 +19,10 @@ TEST(Mesh, IsHitOnceByAxisAlignedRaysOnTheEdgesOfAGrid) {
             origin[(axis + 1) % 3] = i / 4.0 - 1.0;
             origin[(axis + 2) % 3] = j / 4.0 - 1.0;
             direction[axis] = sign;
-            int count = 0;
-            mesh.intersect({origin, direction}, 0.0, kInfinity, [&](uint32_t, const TriangleHit& hit) {
-              EXPECT_EQ(hit.t, 1.0);
-              EXPECT_FALSE(hit.entering);
-              ++count;
-              return false;
-            });
-            EXPECT_EQ(count, 1);
+            std::vector<FaceHit> hits = mesh.all_hits({origin, direction});
+            ASSERT_EQ(hits.size(), 1u);
+            EXPECT_EQ(hits[0].t, 1.0);
+            EXPECT_FALSE(hits[0].entering);
           }
 }
 

@@ -1,0 +1,53 @@
+// A bounding volume hierarchy for triangles, eight children a node and up to eight triangles a leaf, laid out for
+// vectors of eight floats (compare Wald, Benthin and Boulos, "Getting Rid of Packets", RT 2008; Afra, "Incoherent Ray
+// Tracing without Acceleration Structures" is the other end). It is folded out of a binary hierarchy.
+#pragma once
+
+#include <vector>
+
+#include "accel/bvh.h"
+
+namespace tilecast {
+
+// Children stand in slots by where they lie from each other: where bit i of a slot is set, towards the high side of axis
+// i. A ray whose direction's octant is o meets the slots about in the order of slot ^ o (Ylitie, Karras and Laine,
+// HPG 2017, section 3.3).
+struct alignas(32) WideNode {  // 224 bytes
+  static constexpr int kWidth = 8;
+  static constexpr uint32_t kLeaf = 1u << 31;
+
+  float planes[6][kWidth];   // x lo, x hi, y lo, y hi, z lo, z hi; where there is no child: lo inf, hi -inf
+  uint32_t child[kWidth];    // a node's number, or kLeaf | a block's number
+};
+
+struct alignas(32) TriangleBlock {  // 320 bytes
+  float vertices[3][3][WideNode::kWidth];  // [vertex][axis][lane], frame coordinates; unused lanes: NaN
+  uint32_t face[WideNode::kWidth];         // unused lanes: kNone
+
+  static constexpr uint32_t kNone = ~0u;
+  Triangle triangle(int lane) const {
+    auto vertex = [&](int v) { return Vec3f(vertices[v][0][lane], vertices[v][1][lane], vertices[v][2][lane]); };
+    return {vertex(0), vertex(1), vertex(2)};
+  }
+};
+
+class WideBvh {
+ public:
+  static constexpr int kMaxDepth = Bvh::kMaxDepth;
+  static constexpr int kStackSize = kMaxDepth * (WideNode::kWidth - 1) + 2 * WideNode::kWidth;
+
+  // `order`: the faces in the order of the hierarchy's leaves.
+  static WideBvh fold(const Bvh& bvh, const std::vector<uint32_t>& order, const Mesh& mesh);
+
+  const std::vector<WideNode>& nodes() const { return nodes_; }
+  const std::vector<TriangleBlock>& blocks() const { return blocks_; }
+  uint32_t root() const { return root_; }  // as a child
+  uint64_t bytes() const { return nodes_.size() * sizeof(WideNode) + blocks_.size() * sizeof(TriangleBlock); }
+
+ private:
+  std::vector<WideNode> nodes_;
+  std::vector<TriangleBlock> blocks_;
+  uint32_t root_ = 0;
+};
+
+}  // namespace tilecast

@@ -1,0 +1,139 @@
+// Sixteen rays of one direction's kind through a WideBvh together: nodes are entered by the interval that holds all of
+// them (Reshetov, Soupikov and Hurley, "Multi-Level Ray Tracing Algorithm", TOG 24(3), 2005), and before a block is
+// tested the rays that miss its box fall out.
+#if defined(TILECAST_WIDE_PACKET_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef TILECAST_WIDE_PACKET_INL_H
+#undef TILECAST_WIDE_PACKET_INL_H
+#else
+#define TILECAST_WIDE_PACKET_INL_H
+#endif
+
+#include "accel/wide_kernel-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tilecast::HWY_NAMESPACE {
+
+// How far apart the rays of a packet may be, in the frame's units, where they pass its centre and by the time they
+// leave it.
+constexpr float kPacketWidth = 0.5f;
+
+struct PacketBounds {
+  float origin_lo[3], origin_hi[3], reciprocal_lo[3], reciprocal_hi[3];
+  uint32_t octant;
+  float s_min, s_max;
+};
+
+// False where the rays differ too much to be worth it.
+HWY_INLINE bool bound(FrameRays& rays, PacketBounds& out) {
+  const Floats d;
+  using V = hn::Vec<Floats>;
+  const int first = std::countr_zero(rays.inside);
+  out.octant = rays.octant[first];
+  for (int i = 0; i < FrameRays::kSize; ++i) {
+    if (!(rays.inside >> i & 1)) rays.copy_lane(first, i);
+    if (rays.octant[i] != out.octant) return false;
+  }
+  auto extremes = [&](const float* values, float& lo, float& hi) {
+    const V a = hn::Load(d, values), b = hn::Load(d, values + 8);
+    lo = hn::GetLane(hn::MinOfLanes(d, hn::Min(a, b)));
+    hi = hn::GetLane(hn::MaxOfLanes(d, hn::Max(a, b)));
+  };
+  float ignored;
+  for (int axis = 0; axis < 3; ++axis) {
+    extremes(rays.origin[axis], out.origin_lo[axis], out.origin_hi[axis]);
+    extremes(rays.reciprocal[axis], out.reciprocal_lo[axis], out.reciprocal_hi[axis]);
+    if (!(out.origin_hi[axis] - out.origin_lo[axis] <= kPacketWidth)) return false;
+    // 1 / a - 1 / b: how far the directions, whose largest component is between 1 and 2, part by the frame's other end.
+    float apart = 1.0f / out.reciprocal_hi[axis] - 1.0f / out.reciprocal_lo[axis];
+    if (!(std::fabs(apart) <= kPacketWidth)) return false;
+  }
+  extremes(rays.s_min, out.s_min, ignored);
+  extremes(rays.s_max, ignored, out.s_max);
+  return true;
+}
+
+// Slots of children that some of the rays may meet are pushed, with the node's number, the nearest on top.
+HWY_INLINE int push_slots(const WideNode& node, uint32_t number, const PacketBounds& rays, uint32_t* slots, float* nears) {
+  const Floats d;
+  const Words w;
+  using V = hn::Vec<Floats>;
+  V near = hn::Set(d, rays.s_min), far = hn::Set(d, rays.s_max);
+  for (int axis = 0; axis < 3; ++axis) {
+    const uint32_t negative = rays.octant >> axis & 1;
+    const float at_near = negative ? rays.origin_lo[axis] : rays.origin_hi[axis];
+    const float at_far = negative ? rays.origin_hi[axis] : rays.origin_lo[axis];
+    const V lo = hn::Set(d, rays.reciprocal_lo[axis]), hi = hn::Set(d, rays.reciprocal_hi[axis]);
+    const V n = hn::Sub(hn::Load(d, node.planes[2 * axis + negative]), hn::Set(d, at_near));
+    const V f = hn::Sub(hn::Load(d, node.planes[2 * axis + (negative ^ 1)]), hn::Set(d, at_far));
+    near = hn::Max(near, hn::Min(hn::Mul(n, lo), hn::Mul(n, hi)));
+    far = hn::Min(far, hn::Max(hn::Mul(f, lo), hn::Mul(f, hi)));
+  }
+  const uint32_t inverted = rays.octant ^ 7, met = kByDistance[inverted][bits(d, hn::Le(near, far))];
+  const auto order = slots_of(met, inverted);
+  const auto numbered = hn::BitCast(d, hn::Add(hn::Iota(w, 0), hn::Set(w, number * WideNode::kWidth)));
+  hn::StoreU(hn::TableLookupLanes(numbered, order), d, reinterpret_cast<float*>(slots));
+  hn::StoreU(hn::TableLookupLanes(near, order), d, nears);
+  return std::popcount(met);
+}
+
+// Which of the rays meet a child's box.
+HWY_INLINE uint32_t meeting(const WideNode& node, uint32_t slot, const FrameRays& rays, uint32_t octant) {
+  const Floats d;
+  using V = hn::Vec<Floats>;
+  uint32_t out = 0;
+  for (int begin = 0; begin < FrameRays::kSize; begin += WideNode::kWidth) {
+    V near = hn::Load(d, rays.s_min + begin), far = hn::Load(d, rays.s_max + begin);
+    for (int axis = 0; axis < 3; ++axis) {
+      const uint32_t negative = octant >> axis & 1;
+      const V reciprocal = hn::Load(d, rays.reciprocal[axis] + begin), origin = hn::Load(d, rays.scaled_origin[axis] + begin);
+      near = hn::Max(near, hn::MulSub(hn::Set(d, node.planes[2 * axis + negative][slot]), reciprocal, origin));
+      far = hn::Min(far, hn::MulSub(hn::Set(d, node.planes[2 * axis + (negative ^ 1)][slot]), reciprocal, origin));
+    }
+    out |= bits(d, hn::Le(near, far)) << begin;
+  }
+  return out;
+}
+
+// False where nothing was done; query(ray) is what is wanted of each.
+template <class QueryOf>
+HWY_INLINE bool trace_packet(const WideBvh& bvh, FrameRays& rays, QueryOf&& query) {
+  PacketBounds bounds;
+  if ((bvh.root() & WideNode::kLeaf) || std::popcount(rays.inside) < 4 || !bound(rays, bounds)) return false;
+  const WideNode* nodes = bvh.nodes().data();
+  const TriangleBlock* blocks = bvh.blocks().data();
+  const Floats d;
+  uint32_t slots[WideBvh::kStackSize];
+  float nears[WideBvh::kStackSize];
+  uint32_t active = rays.inside;
+  int top = push_slots(nodes[0], 0, bounds, slots, nears);
+  while (top > 0) {
+    --top;
+    if (nears[top] > bounds.s_max) continue;
+    const WideNode& parent = nodes[slots[top] / WideNode::kWidth];
+    const uint32_t slot = slots[top] % WideNode::kWidth, child = parent.child[slot];
+    if (!(child & WideNode::kLeaf)) {
+      top += push_slots(nodes[child], child, bounds, slots + top, nears + top);
+      continue;
+    }
+    const TriangleBlock& block = blocks[child & ~WideNode::kLeaf];
+    bool changed = false;
+    for (uint32_t rest = meeting(parent, slot, rays, bounds.octant) & active; rest; rest &= rest - 1) {
+      const int ray = std::countr_zero(rest);
+      const float before = rays.s_max[ray];
+      if (test_block(block, rays, ray, query(ray))) active &= ~(1u << ray);
+      changed |= rays.s_max[ray] != before;
+    }
+    if (active == 0) return true;
+    if (changed) {
+      // Rays that repeat another do not hold the packet back.
+      for (uint32_t rest = ~rays.inside & 0xffff; rest; rest &= rest - 1) rays.s_max[std::countr_zero(rest)] = rays.s_min[0];
+      bounds.s_max = hn::GetLane(hn::MaxOfLanes(d, hn::Max(hn::Load(d, rays.s_max), hn::Load(d, rays.s_max + 8))));
+    }
+  }
+  return true;
+}
+
+}  // namespace tilecast::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,187 @@
+// Sixteen rays brought into a frame at once: bit for bit what enter_frame (base/frame.h) does with each.
+#if defined(TILECAST_WIDE_RAYS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef TILECAST_WIDE_RAYS_INL_H
+#undef TILECAST_WIDE_RAYS_INL_H
+#else
+#define TILECAST_WIDE_RAYS_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include "geometry/triangle.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tilecast::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// At most eight lanes' answers, as bits.
+template <class D, class M>
+HWY_INLINE uint32_t bits(D d, M mask) {
+  uint8_t out[8];
+  hn::StoreMaskBits(d, mask, out);
+  return out[0];
+}
+
+struct alignas(32) FrameRays {
+  static constexpr int kSize = 16;
+
+  float origin[3][kSize], reciprocal[3][kSize];
+  float scaled_origin[3][kSize];  // origin * reciprocal
+  float shear_x[kSize], shear_y[kSize];
+  float s_min[kSize], s_max[kSize];  // s_max goes down with the hits
+  double origin64[3][kSize], direction64[3][kSize];
+  double t_start[kSize], t_scale[kSize];
+  double t_min[kSize], t_max[kSize];
+  uint32_t octant[kSize];                 // bit i: component i of the direction is negative
+  uint8_t x[kSize], y[kSize], z[kSize];   // axes, as in FrameRay
+  uint32_t inside;                        // bit i: line i may meet the frame's content
+
+  // Lane 0 alone.
+  FrameRays() = default;
+  FrameRays(const FrameRay& from, double from_t_min, double from_t_max) {
+    inside = 1;
+    octant[0] = 0;
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      origin[axis][0] = from.origin[axis], reciprocal[axis][0] = from.reciprocal[axis];
+      scaled_origin[axis][0] = from.origin[axis] * from.reciprocal[axis];
+      origin64[axis][0] = (&from.origin64.x)[axis], direction64[axis][0] = (&from.direction64.x)[axis];
+      octant[0] |= static_cast<uint32_t>(std::signbit(from.reciprocal[axis])) << axis;
+    }
+    shear_x[0] = from.shear_x, shear_y[0] = from.shear_y;
+    x[0] = static_cast<uint8_t>(from.x), y[0] = static_cast<uint8_t>(from.y), z[0] = static_cast<uint8_t>(from.z);
+    t_start[0] = from.t_start, t_scale[0] = from.t_scale;
+    t_min[0] = from_t_min, t_max[0] = from_t_max;
+    s_min[0] = from.s_below(from_t_min), s_max[0] = from.s_above(from_t_max);
+  }
+
+  ShearedLine sheared(int i) const {
+    const double along = direction64[z[i]][i];
+    return {{origin64[x[i]][i], origin64[y[i]][i], origin64[z[i]][i]}, direction64[x[i]][i] / along, direction64[y[i]][i] / along,
+            along, t_start[i], t_scale[i]};
+  }
+
+  // The line as the test of a single triangle wants it.
+  FrameRay line(int i) const {
+    FrameRay out;
+    out.x = x[i], out.y = y[i], out.z = z[i];
+    for (int axis = 0; axis < 3; ++axis) {
+      out.origin[axis] = origin[axis][i];
+      out.origin64[axis] = origin64[axis][i], out.direction64[axis] = direction64[axis][i];
+    }
+    out.shear_x = shear_x[i], out.shear_y = shear_y[i];
+    const ShearedLine exact = sheared(i);
+    out.shear_x64 = exact.shear_x, out.shear_y64 = exact.shear_y;
+    out.t_start = t_start[i], out.t_scale = t_scale[i];
+    return out;
+  }
+
+  // What box tests look at.
+  void copy_lane(int from, int to) {
+    for (int axis = 0; axis < 3; ++axis) {
+      origin[axis][to] = origin[axis][from];
+      reciprocal[axis][to] = reciprocal[axis][from];
+      scaled_origin[axis][to] = scaled_origin[axis][from];
+    }
+    s_min[to] = s_min[from], s_max[to] = s_max[from], octant[to] = octant[from];
+  }
+
+  void lower_t_max(int i, double t) {
+    t_max[i] = t;
+    float s = static_cast<float>(t * (1.0 / t_scale[i]) - t_start[i]);
+    s_max[i] = s + std::fabs(s) * 0x1p-22f + static_cast<float>(std::fabs(t_start[i]) * 0x1p-50);
+  }
+};
+
+// At most kSize rays. Lanes beyond `count` repeat the last ray and are not inside.
+HWY_INLINE void enter_frame(const Frame& frame, const Ray* const* rays, int count, FrameRays& out) {
+  const hn::FixedTag<double, 4> d;
+  const hn::FixedTag<int64_t, 4> d_bits;
+  const hn::FixedTag<float, 4> f;
+  const hn::FixedTag<uint32_t, 4> f_bits;
+  using V = hn::Vec<decltype(d)>;
+  auto dot = [](const V* a, const V* b) { return hn::Add(hn::Add(hn::Mul(a[0], b[0]), hn::Mul(a[1], b[1])), hn::Mul(a[2], b[2])); };
+  auto demoted_to_grid = [&](V v) {
+    return hn::DemoteTo(f, hn::Mul(hn::Round(hn::Mul(v, hn::Set(d, 1.0 / kGrid))), hn::Set(d, kGrid)));
+  };
+  out.inside = 0;
+  for (int begin = 0; begin < count; begin += 4) {
+    const Ray* r[4];
+    for (int k = 0; k < 4; ++k) r[k] = rays[std::min(begin + k, count - 1)];
+    auto gathered = [&](auto get) {
+      alignas(32) const double lanes[4] = {get(*r[0]), get(*r[1]), get(*r[2]), get(*r[3])};
+      return hn::Load(d, lanes);
+    };
+    V origin[3], direction[3], start[3];
+    for (int i = 0; i < 3; ++i) {
+      origin[i] = hn::Mul(hn::Sub(gathered([&](const Ray& ray) { return ray.origin[i]; }), hn::Set(d, frame.centre[i])),
+                          hn::Set(d, 1.0 / frame.scale));
+      direction[i] = gathered([&](const Ray& ray) { return ray.direction[i]; });
+    }
+    const V largest = hn::Max(hn::Max(hn::Abs(direction[0]), hn::Abs(direction[1])), hn::Abs(direction[2]));
+    const auto finite = hn::And(hn::Ge(largest, hn::Set(d, 0x1p-1000)), hn::Le(largest, hn::Set(d, 0x1p1000)));
+    const auto exponent = hn::And(hn::BitCast(d_bits, largest), hn::Set(d_bits, int64_t(0x7ff) << 52));
+    const V normalise = hn::BitCast(d, hn::Sub(hn::Set(d_bits, int64_t(0x7fe) << 52), exponent));
+    for (int i = 0; i < 3; ++i) direction[i] = hn::Mul(direction[i], normalise);
+    const V t_start = hn::Div(hn::Neg(dot(origin, direction)), dot(direction, direction));
+    const V t_scale = hn::Mul(hn::Set(d, frame.scale), normalise);
+    for (int i = 0; i < 3; ++i) start[i] = hn::Add(origin[i], hn::Mul(t_start, direction[i]));
+    // Content lies within sqrt(3) of the centre; a comparison with NaN is false.
+    const auto inside = hn::And(finite, hn::Le(dot(start, start), hn::Set(d, 4.0)));
+
+    V rounded[3];  // directions
+    auto octant = hn::Zero(f_bits);
+    for (int i = 0; i < 3; ++i) {
+      const auto o = demoted_to_grid(start[i]), dir = demoted_to_grid(direction[i]);
+      const auto least = hn::Set(f, 0x1p-40f);
+      const auto reciprocal = hn::Div(hn::Set(f, 1.0f), hn::IfThenElse(hn::Lt(hn::Abs(dir), least), hn::CopySign(least, dir), dir));
+      rounded[i] = hn::PromoteTo(d, dir);
+      octant = hn::Or(octant, hn::And(hn::ShiftRightSame(hn::BitCast(f_bits, reciprocal), 31 - i), hn::Set(f_bits, 1u << i)));
+      hn::Store(o, f, out.origin[i] + begin);
+      hn::Store(reciprocal, f, out.reciprocal[i] + begin);
+      hn::Store(hn::Mul(o, reciprocal), f, out.scaled_origin[i] + begin);
+      hn::Store(start[i], d, out.origin64[i] + begin);
+      hn::Store(direction[i], d, out.direction64[i] + begin);
+    }
+    hn::Store(octant, f_bits, out.octant + begin);
+
+    const V size[3] = {hn::Abs(direction[0]), hn::Abs(direction[1]), hn::Abs(direction[2])};
+    const auto z_is_x = hn::And(hn::Ge(size[0], size[1]), hn::Ge(size[0], size[2]));
+    const auto z_is_y = hn::And(hn::Lt(size[0], size[1]), hn::Ge(size[1], size[2]));
+    auto axis = [&](int of_x, int of_y, int of_z, const V* v) {
+      return hn::IfThenElse(z_is_x, v[of_x], hn::IfThenElse(z_is_y, v[of_y], v[of_z]));
+    };
+    const V along = axis(0, 1, 2, rounded), first = axis(1, 2, 0, rounded), second = axis(2, 0, 1, rounded);
+    const auto backwards = hn::Lt(along, hn::Zero(d));
+    hn::Store(demoted_to_grid(hn::Div(hn::IfThenElse(backwards, second, first), along)), f, out.shear_x + begin);
+    hn::Store(demoted_to_grid(hn::Div(hn::IfThenElse(backwards, first, second), along)), f, out.shear_y + begin);
+    const uint32_t x_bits = bits(d, z_is_x), y_bits = bits(d, z_is_y), back_bits = bits(d, backwards);
+    for (int k = 0; k < 4; ++k) {
+      const int z = x_bits >> k & 1 ? 0 : y_bits >> k & 1 ? 1 : 2, next = z == 2 ? 0 : z + 1, last = z == 0 ? 2 : z - 1;
+      const bool back = back_bits >> k & 1;
+      out.z[begin + k] = static_cast<uint8_t>(z);
+      out.x[begin + k] = static_cast<uint8_t>(back ? last : next);
+      out.y[begin + k] = static_cast<uint8_t>(back ? next : last);
+    }
+
+    const V t_min = gathered([](const Ray& ray) { return ray.t_min; }), t_max = gathered([](const Ray& ray) { return ray.t_max; });
+    const V s_scale = hn::Div(hn::Set(d, 1.0), t_scale);
+    const auto slack = hn::DemoteTo(f, hn::Mul(hn::Abs(t_start), hn::Set(d, 0x1p-50)));
+    const auto below = hn::DemoteTo(f, hn::Sub(hn::Mul(t_min, s_scale), t_start));
+    const auto above = hn::DemoteTo(f, hn::Sub(hn::Mul(t_max, s_scale), t_start));
+    const auto relative = hn::Set(f, 0x1p-22f);
+    hn::Store(hn::Sub(hn::Sub(below, hn::Mul(hn::Abs(below), relative)), slack), f, out.s_min + begin);
+    hn::Store(hn::Add(hn::Add(above, hn::Mul(hn::Abs(above), relative)), slack), f, out.s_max + begin);
+    hn::Store(t_start, d, out.t_start + begin);
+    hn::Store(t_scale, d, out.t_scale + begin);
+    hn::Store(t_min, d, out.t_min + begin);
+    hn::Store(t_max, d, out.t_max + begin);
+    out.inside |= bits(d, inside) << begin;
+  }
+  out.inside &= (1u << count) - 1;
+}
+
+}  // namespace tilecast::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
