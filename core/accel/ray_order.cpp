@@ -1,27 +1,29 @@
 #include "accel/ray_order.h"
 
+#include <array>
+#include <bit>
+
 namespace tilecast {
 namespace {
 
 constexpr size_t kFew = 2048;
 constexpr int kBits = 7;  // of each axis of the origin, in the key
 
-uint32_t spread(uint32_t x) {  // bit i to bit 3 i
-  x = (x | x << 16) & 0x030000ff;
-  x = (x | x << 8) & 0x0300f00f;
-  x = (x | x << 4) & 0x030c30c3;
-  return (x | x << 2) & 0x09249249;
-}
+constexpr auto kSpread = [] {  // bit i to bit 3 i
+  std::array<uint32_t, 1 << kBits> table{};
+  for (uint32_t x = 0; x < table.size(); ++x)
+    for (int bit = 0; bit < kBits; ++bit) table[x] |= (x >> bit & 1) << 3 * bit;
+  return table;
+}();
 
 // Along a space-filling curve through the frame by origin, then by the direction's octant.
 uint32_t key(const Frame& frame, double per_unit, const Ray& ray) {
+  const double *origin = &ray.origin.x, *direction = &ray.direction.x, *centre = &frame.centre.x;
   uint32_t key = 0;
   for (int i = 0; i < 3; ++i) {
-    double place = (ray.origin[i] - frame.centre[i]) * per_unit + 0.5 * (1 << kBits);
-    // Not a number: 0.
-    uint32_t cell = place > 0.0 ? (place < (1 << kBits) - 1 ? static_cast<uint32_t>(place) : (1u << kBits) - 1) : 0u;
-    key |= spread(cell) << (3 + i);
-    key |= static_cast<uint32_t>(std::signbit(ray.direction[i])) << i;
+    const double place = (origin[i] - centre[i]) * per_unit + 0.5 * (1 << kBits);
+    const int cell = static_cast<int>(std::min((1 << kBits) - 1.0, std::max(0.0, place)));  // not a number: 0
+    key |= kSpread[cell] << (3 + i) | static_cast<uint32_t>(std::bit_cast<uint64_t>(direction[i]) >> 63) << i;
   }
   return key;
 }

@@ -74,49 +74,65 @@ HWY_INLINE auto slots_of(uint32_t by_distance, uint32_t inverted_octant) {
   return hn::IndicesFromVec(Floats(), hn::And(lanes, hn::Set(w, 7)));
 }
 
-// True where the search is at its end.
+// Triangles against rays, lane by lane: which are crossed, from the front, and which need the tie-break. All are sheared
+// by the same axes.
+struct Crossed {
+  uint32_t inside, from_front, ties;
+};
+template <class V>
+HWY_INLINE Crossed crossed(const V vertices[3][3], const V origin[3], V shear_x, V shear_y) {
+  const Floats d;
+  V x[3], y[3];
+  for (int v = 0; v < 3; ++v) {
+    const V along = hn::Sub(vertices[v][2], origin[2]);
+    x[v] = hn::NegMulAdd(shear_x, along, hn::Sub(vertices[v][0], origin[0]));
+    y[v] = hn::NegMulAdd(shear_y, along, hn::Sub(vertices[v][1], origin[1]));
+  }
+  auto determinant = [&](int p, int q) {  // x[p] * y[q] - y[p] * x[q], as base/exact.h does it
+    const V product = hn::Mul(y[p], x[q]);
+    return hn::Add(hn::MulSub(x[p], y[q], product), hn::NegMulAdd(y[p], x[q], product));
+  };
+  const V a = determinant(1, 2), b = determinant(2, 0), c = determinant(0, 1);
+  const V least = hn::Min(hn::Min(a, b), c), most = hn::Max(hn::Max(a, b), c), zero = hn::Zero(d);
+  // Unused lanes are not a number: neither below nor above zero.
+  const auto inwards = hn::Lt(most, zero);
+  const auto touched = hn::And(hn::And(hn::Le(least, zero), hn::Ge(most, zero)),
+                               hn::Or(hn::Eq(a, zero), hn::Or(hn::Eq(b, zero), hn::Eq(c, zero))));
+  return {bits(d, hn::Or(hn::Gt(least, zero), inwards)), bits(d, inwards), bits(d, touched)};
+}
+
+// One triangle and ray that may cross, in double. True where the search is at its end.
+template <class Query>
+HWY_INLINE bool offer(const TriangleBlock& block, int lane, FrameRays& rays, int ray, bool tie, bool from_front, Query& query) {
+  const int x = rays.x[ray], y = rays.y[ray], z = rays.z[ray];
+  float vertices[3][3];
+  for (int v = 0; v < 3; ++v)
+    vertices[v][0] = block.vertices[v][x][lane], vertices[v][1] = block.vertices[v][y][lane], vertices[v][2] = block.vertices[v][z][lane];
+  if (tie) {
+    const float origin[3] = {rays.origin[x][ray], rays.origin[y][ray], rays.origin[z][ray]};
+    const int side = crossed_side(origin, rays.shear_x[ray], rays.shear_y[ray], vertices);
+    if (side == 0) return false;
+    from_front = side < 0;
+  }
+  const TriangleHit hit = refine(rays.sheared(ray), vertices, from_front);
+  return hit.t > rays.t_min[ray] && hit.t <= rays.t_max[ray] && query.take(rays, ray, block.face[lane], hit);
+}
+
+// A block's triangles against one ray. True where the search is at its end.
 template <class Query>
 HWY_INLINE bool test_block(const TriangleBlock& block, FrameRays& rays, int ray, Query query) {
   const Floats d;
   using V = hn::Vec<Floats>;
-  const int x = rays.x[ray], y = rays.y[ray], z = rays.z[ray];
-  const V ox = hn::Set(d, rays.origin[x][ray]), oy = hn::Set(d, rays.origin[y][ray]), oz = hn::Set(d, rays.origin[z][ray]);
-  const V shear_x = hn::Set(d, rays.shear_x[ray]), shear_y = hn::Set(d, rays.shear_y[ray]);
-  auto sheared_x = [&](int v, V along) { return hn::NegMulAdd(shear_x, along, hn::Sub(hn::Load(d, block.vertices[v][x]), ox)); };
-  auto sheared_y = [&](int v, V along) { return hn::NegMulAdd(shear_y, along, hn::Sub(hn::Load(d, block.vertices[v][y]), oy)); };
-  const V az = hn::Sub(hn::Load(d, block.vertices[0][z]), oz);
-  const V bz = hn::Sub(hn::Load(d, block.vertices[1][z]), oz);
-  const V cz = hn::Sub(hn::Load(d, block.vertices[2][z]), oz);
-  const V ax = sheared_x(0, az), bx = sheared_x(1, bz), cx = sheared_x(2, cz);
-  const V ay = sheared_y(0, az), by = sheared_y(1, bz), cy = sheared_y(2, cz);
-  auto determinant = [&](V px, V py, V qx, V qy) {  // px * qy - py * qx, as base/exact.h does it
-    V p = hn::Mul(py, qx);
-    return hn::Add(hn::MulSub(px, qy, p), hn::NegMulAdd(py, qx, p));
-  };
-  const V ea = determinant(bx, by, cx, cy), eb = determinant(cx, cy, ax, ay), ec = determinant(ax, ay, bx, by);
-  const V least = hn::Min(hn::Min(ea, eb), ec), most = hn::Max(hn::Max(ea, eb), ec), zero = hn::Zero(d);
-  // Unused lanes are not a number: neither below nor above zero.
-  const auto inwards = hn::Lt(most, zero);
-  uint32_t inside = bits(d, hn::Or(hn::Gt(least, zero), inwards));
-  const uint32_t entering = bits(d, inwards);
-  const auto touching = hn::Or(hn::Eq(ea, zero), hn::Or(hn::Eq(eb, zero), hn::Eq(ec, zero)));
-  uint32_t ties = bits(d, hn::And(touching, hn::And(hn::Le(least, zero), hn::Ge(most, zero))));
-  if (!(inside | ties)) return false;
-  const ShearedLine line = rays.sheared(ray);
-  auto offer = [&](int lane, const TriangleHit& hit) {
-    return hit.t > rays.t_min[ray] && hit.t <= rays.t_max[ray] && query.take(rays, ray, block.face[lane], hit);
-  };
-  for (; inside; inside &= inside - 1) {
-    const int lane = std::countr_zero(inside);
-    float vertices[3][3];
-    for (int v = 0; v < 3; ++v)
-      vertices[v][0] = block.vertices[v][x][lane], vertices[v][1] = block.vertices[v][y][lane], vertices[v][2] = block.vertices[v][z][lane];
-    if (offer(lane, refine(line, vertices, entering >> lane & 1))) return true;
+  const int axes[3] = {rays.x[ray], rays.y[ray], rays.z[ray]};
+  V vertices[3][3], origin[3];
+  for (int i = 0; i < 3; ++i) {
+    origin[i] = hn::Set(d, rays.origin[axes[i]][ray]);
+    for (int v = 0; v < 3; ++v) vertices[v][i] = hn::Load(d, block.vertices[v][axes[i]]);
   }
-  for (; ties; ties &= ties - 1) {
-    const int lane = std::countr_zero(ties);
-    TriangleHit hit;
-    if (intersect(rays.line(ray), block.triangle(lane), hit) && offer(lane, hit)) return true;
+  const Crossed found = crossed(vertices, origin, hn::Set(d, rays.shear_x[ray]), hn::Set(d, rays.shear_y[ray]));
+  for (uint32_t rest = found.inside | found.ties; rest; rest &= rest - 1) {
+    const int lane = std::countr_zero(rest);
+    if (offer(block, lane, rays, ray, found.ties >> lane & 1, found.from_front >> lane & 1, query)) return true;
   }
   return false;
 }

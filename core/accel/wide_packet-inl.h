@@ -20,6 +20,7 @@ constexpr float kPacketWidth = 0.5f;
 struct PacketBounds {
   float origin_lo[3], origin_hi[3], reciprocal_lo[3], reciprocal_hi[3];
   uint32_t octant;
+  bool one_shear;  // all along the same axes
   float s_min, s_max;
 };
 
@@ -29,9 +30,11 @@ HWY_INLINE bool bound(FrameRays& rays, PacketBounds& out) {
   using V = hn::Vec<Floats>;
   const int first = std::countr_zero(rays.inside);
   out.octant = rays.octant[first];
+  out.one_shear = true;
   for (int i = 0; i < FrameRays::kSize; ++i) {
     if (!(rays.inside >> i & 1)) rays.copy_lane(first, i);
     if (rays.octant[i] != out.octant) return false;
+    out.one_shear &= rays.z[i] == rays.z[first];
   }
   auto extremes = [&](const float* values, float& lo, float& hi) {
     const V a = hn::Load(d, values), b = hn::Load(d, values + 8);
@@ -94,9 +97,34 @@ HWY_INLINE uint32_t meeting(const WideNode& node, uint32_t slot, const FrameRays
   return out;
 }
 
-// False where nothing was done; query(ray) is what is wanted of each.
+// A block's triangles, one after the other, against all rays of `active`, which have one shear; those that are at their
+// end are taken out.
 template <class QueryOf>
-HWY_INLINE bool trace_packet(const WideBvh& bvh, FrameRays& rays, QueryOf&& query) {
+HWY_INLINE void test_block(const TriangleBlock& block, int triangles, FrameRays& rays, uint32_t meeting, uint32_t& active, QueryOf&& query_of) {
+  const Floats d;
+  using V = hn::Vec<Floats>;
+  const int first = std::countr_zero(meeting);
+  const int axes[3] = {rays.x[first], rays.y[first], rays.z[first]};
+  for (int lane = 0; lane < triangles; ++lane) {
+    V vertices[3][3];
+    for (int v = 0; v < 3; ++v)
+      for (int i = 0; i < 3; ++i) vertices[v][i] = hn::Set(d, block.vertices[v][axes[i]][lane]);
+    for (int begin = 0; begin < FrameRays::kSize; begin += WideNode::kWidth) {
+      V origin[3];
+      for (int i = 0; i < 3; ++i) origin[i] = hn::Load(d, rays.origin[axes[i]] + begin);
+      const Crossed found = crossed(vertices, origin, hn::Load(d, rays.shear_x + begin), hn::Load(d, rays.shear_y + begin));
+      for (uint32_t rest = (found.inside | found.ties) & (meeting & active) >> begin; rest; rest &= rest - 1) {
+        const int k = std::countr_zero(rest), ray = begin + k;
+        auto query = query_of(ray);
+        if (offer(block, lane, rays, ray, found.ties >> k & 1, found.from_front >> k & 1, query)) active &= ~(1u << ray);
+      }
+    }
+  }
+}
+
+// False where nothing was done; query_of(ray) is what is wanted of each.
+template <class QueryOf>
+HWY_INLINE bool trace_packet(const WideBvh& bvh, FrameRays& rays, QueryOf&& query_of) {
   PacketBounds bounds;
   if ((bvh.root() & WideNode::kLeaf) || std::popcount(rays.inside) < 4 || !bound(rays, bounds)) return false;
   const WideNode* nodes = bvh.nodes().data();
@@ -116,19 +144,21 @@ HWY_INLINE bool trace_packet(const WideBvh& bvh, FrameRays& rays, QueryOf&& quer
       continue;
     }
     const TriangleBlock& block = blocks[child & ~WideNode::kLeaf];
-    bool changed = false;
-    for (uint32_t rest = meeting(parent, slot, rays, bounds.octant) & active; rest; rest &= rest - 1) {
-      const int ray = std::countr_zero(rest);
-      const float before = rays.s_max[ray];
-      if (test_block(block, rays, ray, query(ray))) active &= ~(1u << ray);
-      changed |= rays.s_max[ray] != before;
+    const uint32_t met = meeting(parent, slot, rays, bounds.octant) & active;
+    if (met == 0) continue;
+    const int triangles = block.count();
+    if (bounds.one_shear && std::popcount(met) > triangles) {
+      test_block(block, triangles, rays, met, active, query_of);
+    } else {
+      for (uint32_t rest = met; rest; rest &= rest - 1) {
+        const int ray = std::countr_zero(rest);
+        if (test_block(block, rays, ray, query_of(ray))) active &= ~(1u << ray);
+      }
     }
     if (active == 0) return true;
-    if (changed) {
-      // Rays that repeat another do not hold the packet back.
-      for (uint32_t rest = ~rays.inside & 0xffff; rest; rest &= rest - 1) rays.s_max[std::countr_zero(rest)] = rays.s_min[0];
-      bounds.s_max = hn::GetLane(hn::MaxOfLanes(d, hn::Max(hn::Load(d, rays.s_max), hn::Load(d, rays.s_max + 8))));
-    }
+    // Rays that repeat another do not hold the packet back.
+    for (uint32_t rest = ~rays.inside & 0xffff; rest; rest &= rest - 1) rays.s_max[std::countr_zero(rest)] = rays.s_min[0];
+    bounds.s_max = hn::GetLane(hn::MaxOfLanes(d, hn::Max(hn::Load(d, rays.s_max), hn::Load(d, rays.s_max + 8))));
   }
   return true;
 }

@@ -30,7 +30,9 @@ struct alignas(32) FrameRays {
   float scaled_origin[3][kSize];  // origin * reciprocal
   float shear_x[kSize], shear_y[kSize];
   float s_min[kSize], s_max[kSize];  // s_max goes down with the hits
-  double origin64[3][kSize], direction64[3][kSize];
+  // As in ShearedLine.
+  double sheared_origin[3][kSize];
+  double shear_x64[kSize], shear_y64[kSize], along[kSize];
   double t_start[kSize], t_scale[kSize];
   double t_min[kSize], t_max[kSize];
   uint32_t octant[kSize];                 // bit i: component i of the direction is negative
@@ -45,9 +47,11 @@ struct alignas(32) FrameRays {
     for (uint32_t axis = 0; axis < 3; ++axis) {
       origin[axis][0] = from.origin[axis], reciprocal[axis][0] = from.reciprocal[axis];
       scaled_origin[axis][0] = from.origin[axis] * from.reciprocal[axis];
-      origin64[axis][0] = (&from.origin64.x)[axis], direction64[axis][0] = (&from.direction64.x)[axis];
       octant[0] |= static_cast<uint32_t>(std::signbit(from.reciprocal[axis])) << axis;
     }
+    const ShearedLine exact = tilecast::sheared(from);
+    for (int i = 0; i < 3; ++i) sheared_origin[i][0] = exact.origin[i];
+    shear_x64[0] = exact.shear_x, shear_y64[0] = exact.shear_y, along[0] = exact.along;
     shear_x[0] = from.shear_x, shear_y[0] = from.shear_y;
     x[0] = static_cast<uint8_t>(from.x), y[0] = static_cast<uint8_t>(from.y), z[0] = static_cast<uint8_t>(from.z);
     t_start[0] = from.t_start, t_scale[0] = from.t_scale;
@@ -56,24 +60,7 @@ struct alignas(32) FrameRays {
   }
 
   ShearedLine sheared(int i) const {
-    const double along = direction64[z[i]][i];
-    return {{origin64[x[i]][i], origin64[y[i]][i], origin64[z[i]][i]}, direction64[x[i]][i] / along, direction64[y[i]][i] / along,
-            along, t_start[i], t_scale[i]};
-  }
-
-  // The line as the test of a single triangle wants it.
-  FrameRay line(int i) const {
-    FrameRay out;
-    out.x = x[i], out.y = y[i], out.z = z[i];
-    for (int axis = 0; axis < 3; ++axis) {
-      out.origin[axis] = origin[axis][i];
-      out.origin64[axis] = origin64[axis][i], out.direction64[axis] = direction64[axis][i];
-    }
-    out.shear_x = shear_x[i], out.shear_y = shear_y[i];
-    const ShearedLine exact = sheared(i);
-    out.shear_x64 = exact.shear_x, out.shear_y64 = exact.shear_y;
-    out.t_start = t_start[i], out.t_scale = t_scale[i];
-    return out;
+    return {{sheared_origin[0][i], sheared_origin[1][i], sheared_origin[2][i]}, shear_x64[i], shear_y64[i], along[i], t_start[i], t_scale[i]};
   }
 
   // What box tests look at.
@@ -83,12 +70,13 @@ struct alignas(32) FrameRays {
       reciprocal[axis][to] = reciprocal[axis][from];
       scaled_origin[axis][to] = scaled_origin[axis][from];
     }
-    s_min[to] = s_min[from], s_max[to] = s_max[from], octant[to] = octant[from];
+    s_min[to] = s_min[from], s_max[to] = s_max[from], octant[to] = octant[from], z[to] = z[from];
+    shear_x[to] = shear_x[from], shear_y[to] = shear_y[from];
   }
 
   void lower_t_max(int i, double t) {
     t_max[i] = t;
-    float s = static_cast<float>(t * (1.0 / t_scale[i]) - t_start[i]);
+    float s = static_cast<float>(t / t_scale[i] - t_start[i]);
     s_max[i] = s + std::fabs(s) * 0x1p-22f + static_cast<float>(std::fabs(t_start[i]) * 0x1p-50);
   }
 };
@@ -140,8 +128,6 @@ HWY_INLINE void enter_frame(const Frame& frame, const Ray* const* rays, int coun
       hn::Store(o, f, out.origin[i] + begin);
       hn::Store(reciprocal, f, out.reciprocal[i] + begin);
       hn::Store(hn::Mul(o, reciprocal), f, out.scaled_origin[i] + begin);
-      hn::Store(start[i], d, out.origin64[i] + begin);
-      hn::Store(direction[i], d, out.direction64[i] + begin);
     }
     hn::Store(octant, f_bits, out.octant + begin);
 
@@ -151,10 +137,23 @@ HWY_INLINE void enter_frame(const Frame& frame, const Ray* const* rays, int coun
     auto axis = [&](int of_x, int of_y, int of_z, const V* v) {
       return hn::IfThenElse(z_is_x, v[of_x], hn::IfThenElse(z_is_y, v[of_y], v[of_z]));
     };
-    const V along = axis(0, 1, 2, rounded), first = axis(1, 2, 0, rounded), second = axis(2, 0, 1, rounded);
-    const auto backwards = hn::Lt(along, hn::Zero(d));
-    hn::Store(demoted_to_grid(hn::Div(hn::IfThenElse(backwards, second, first), along)), f, out.shear_x + begin);
-    hn::Store(demoted_to_grid(hn::Div(hn::IfThenElse(backwards, first, second), along)), f, out.shear_y + begin);
+    const auto backwards = hn::Lt(axis(0, 1, 2, rounded), hn::Zero(d));
+    auto sheared = [&](const V* v, V& x, V& y, V& z) {
+      const V first = axis(1, 2, 0, v), second = axis(2, 0, 1, v);
+      x = hn::IfThenElse(backwards, second, first), y = hn::IfThenElse(backwards, first, second), z = axis(0, 1, 2, v);
+    };
+    V x, y, z;
+    sheared(rounded, x, y, z);
+    hn::Store(demoted_to_grid(hn::Div(x, z)), f, out.shear_x + begin);
+    hn::Store(demoted_to_grid(hn::Div(y, z)), f, out.shear_y + begin);
+    sheared(direction, x, y, z);
+    hn::Store(hn::Div(x, z), d, out.shear_x64 + begin);
+    hn::Store(hn::Div(y, z), d, out.shear_y64 + begin);
+    hn::Store(z, d, out.along + begin);
+    sheared(start, x, y, z);
+    hn::Store(x, d, out.sheared_origin[0] + begin);
+    hn::Store(y, d, out.sheared_origin[1] + begin);
+    hn::Store(z, d, out.sheared_origin[2] + begin);
     const uint32_t x_bits = bits(d, z_is_x), y_bits = bits(d, z_is_y), back_bits = bits(d, backwards);
     for (int k = 0; k < 4; ++k) {
       const int z = x_bits >> k & 1 ? 0 : y_bits >> k & 1 ? 1 : 2, next = z == 2 ? 0 : z + 1, last = z == 0 ? 2 : z - 1;

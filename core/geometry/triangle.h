@@ -68,7 +68,7 @@ inline TriangleHit refine(const ShearedLine& line, const float vertices[3][3], b
     w[i] = difference_of_products(x[j], y[k], y[j], x[k]);
   }
   double sum = w[0] + w[1] + w[2];
-  bool within = (w[0] >= 0.0 && w[1] >= 0.0 && w[2] >= 0.0) || (w[0] <= 0.0 && w[1] <= 0.0 && w[2] <= 0.0);
+  bool within = std::min({w[0], w[1], w[2]}) >= 0.0 || std::max({w[0], w[1], w[2]}) <= 0.0;
   if (!within || sum == 0.0) {
     nearest_on_outline(x, y, w);
     sum = 1.0;
@@ -77,25 +77,32 @@ inline TriangleHit refine(const ShearedLine& line, const float vertices[3][3], b
   return {(line.t_start + s) * line.t_scale, w[1] / sum, w[2] / sum, entering};
 }
 
-inline bool intersect(const FrameRay& ray, const Triangle& triangle, TriangleHit& hit) {
-  const float* vertices[3] = {&triangle.a.x, &triangle.b.x, &triangle.c.x};
+// From which side a line crosses a triangle, both in the order of coordinates of the ray's shear: above 0 from behind,
+// below 0 from the front, 0: not at all.
+inline int crossed_side(const float origin[3], float shear_x, float shear_y, const float vertices[3][3]) {
   float x[3], y[3];
   for (int i = 0; i < 3; ++i) {
-    float z = vertices[i][ray.z] - ray.origin[ray.z];
-    x[i] = std::fma(-ray.shear_x, z, vertices[i][ray.x] - ray.origin[ray.x]);
-    y[i] = std::fma(-ray.shear_y, z, vertices[i][ray.y] - ray.origin[ray.y]);
+    float z = vertices[i][2] - origin[2];
+    x[i] = std::fma(-shear_x, z, vertices[i][0] - origin[0]);
+    y[i] = std::fma(-shear_y, z, vertices[i][1] - origin[1]);
   }
   int sa = edge_sign(x[1], y[1], x[2], y[2]);
   int sb = edge_sign(x[2], y[2], x[0], y[0]);
-  if (sa * sb < 0) return false;
+  if (sa * sb < 0) return 0;
   int sc = edge_sign(x[0], y[0], x[1], y[1]);
-  if (sb * sc < 0 || sc * sa < 0) return false;
-  int side = sa + sb + sc;
-  if (side == 0) return false;
-  float sheared_order[3][3];
+  if (sb * sc < 0 || sc * sa < 0) return 0;
+  return sa + sb + sc;
+}
+
+inline bool intersect(const FrameRay& ray, const Triangle& triangle, TriangleHit& hit) {
+  const float* given[3] = {&triangle.a.x, &triangle.b.x, &triangle.c.x};
+  const float origin[3] = {ray.origin[ray.x], ray.origin[ray.y], ray.origin[ray.z]};
+  float vertices[3][3];
   for (int i = 0; i < 3; ++i)
-    sheared_order[i][0] = vertices[i][ray.x], sheared_order[i][1] = vertices[i][ray.y], sheared_order[i][2] = vertices[i][ray.z];
-  hit = refine(sheared(ray), sheared_order, side < 0);
+    vertices[i][0] = given[i][ray.x], vertices[i][1] = given[i][ray.y], vertices[i][2] = given[i][ray.z];
+  int side = crossed_side(origin, ray.shear_x, ray.shear_y, vertices);
+  if (side == 0) return false;
+  hit = refine(sheared(ray), vertices, side < 0);
   return true;
 }
 
