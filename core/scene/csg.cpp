@@ -15,34 +15,15 @@ struct Workspace {
   std::vector<int32_t> depth;         // operand: entries minus exits
   std::vector<Bvh::Pending> open;
 
-  bool state(const Csg::Node& node, int index) const {
-    switch (node.operation) {
-      case CsgOperation::Union: return inside[index] > 0;
-      case CsgOperation::Intersection: return inside[index] == node.children;
-      default: return first_inside[index] && inside[index] == 0;
-    }
-  }
+  CsgState state() { return {inside.data(), first_inside.data()}; }
+  bool root_inside(const Csg& csg) { return state().at(csg.nodes[0], 0); }
 
   void apply(const Csg& csg, const Crossing& event) {
-    const Csg::Operand& operand = csg.operands[event.operand];
     touched.push_back(event.operand);
     bool was_inside = depth[event.operand] > 0;
     depth[event.operand] += event.entering ? 1 : -1;
     bool now_inside = depth[event.operand] > 0;
-    if (was_inside == now_inside) return;
-    bool first = operand.first;
-    for (int index = operand.parent; index >= 0;) {
-      const Csg::Node& node = csg.nodes[index];
-      bool before = state(node, index);
-      if (node.operation == CsgOperation::Difference && first)
-        first_inside[index] = now_inside;
-      else
-        inside[index] += now_inside ? 1 : -1;
-      now_inside = state(node, index);
-      if (before == now_inside) return;
-      first = node.first;
-      index = node.parent;
-    }
+    if (was_inside != now_inside) state().enter(csg, event.operand, now_inside);
   }
 
   // Leaves all counters at zero for the next ray.
@@ -69,7 +50,22 @@ bool later(const Crossing& a, const Crossing& b) {
   return a.entering < b.entering;
 }
 
+// Operands meet in the space of the CSG; each has its own way there, with its own rounding: of the given map, of its
+// inverse and of the line's, relative to what they subtract.
+LineError line_error(const Csg& csg, uint32_t operand, const Ray& line) {
+  double relative = csg.operands[operand].rounding;
+  double offset = max_abs(csg.assembly.instances[operand].to_parent.offset);
+  return {relative * (max_abs(line.origin) + offset), relative * max_abs(line.direction)};
+}
+
 }  // namespace
+
+int operand_crossings(const Scene& scene, const Csg& csg, uint32_t operand, const Ray& line,
+                      SolidCrossing out[kMaxSolidCrossings]) {
+  const Instance& instance = csg.assembly.instances[operand];
+  return solid_crossings(scene, scene.objects[instance.object], instance.to_local.ray(line),
+                         line_error(csg, operand, line), out);
+}
 
 std::vector<Bvh::Pending>& CsgWalk::open() { return workspace().open; }
 
@@ -93,13 +89,8 @@ void CsgWalk::gather(uint32_t operand) {
   std::vector<Crossing>& events = workspace().events;
   const Instance& instance = csg_.assembly.instances[operand];
   size_t begin = events.size();
-  // Operands meet in the space of the CSG; each has its own way there, with its own rounding: of the given map, of its
-  // inverse and of the line's, relative to what they subtract.
-  double relative = 16 * kUnitRoundoff * instance.to_local.stretch();
-  LineError error{relative * (max_abs(line_.origin) + max_abs(instance.to_parent.offset)),
-                  relative * max_abs(line_.direction)};
   crossings(scene_, scene_.objects[instance.object], instance.to_local.ray(line_),
-            base_ + csg_.assembly.first_primitive[operand], events, error);
+            base_ + csg_.assembly.first_primitive[operand], events, line_error(csg_, operand, line_));
   for (size_t k = begin; k < events.size(); ++k) {
     events[k].operand = operand;
     events[k].entering ^= csg_.operands[operand].inside_out;
@@ -127,7 +118,7 @@ bool CsgWalk::next_event(double t_open, Crossing& surface, bool& changed) {
     }
     return false;
   }
-  const bool before = space.state(csg_.nodes[0], 0);
+  const bool before = space.root_inside(csg_);
   // The first operand of the scene stands for all that coincide.
   surface = together.front();
   for (const Crossing& event : together) {
@@ -135,7 +126,7 @@ bool CsgWalk::next_event(double t_open, Crossing& surface, bool& changed) {
     if (event.primitive < surface.primitive) surface = event;
   }
   surface.entering = !before;
-  changed = space.state(csg_.nodes[0], 0) != before;
+  changed = space.root_inside(csg_) != before;
   return true;
 }
 

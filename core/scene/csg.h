@@ -18,6 +18,41 @@
 
 namespace tilecast {
 
+// The states of a tree's nodes, all of them outside at first.
+struct CsgState {
+  uint32_t* inside;       // node: children inside; of a difference, subtracted children inside
+  uint8_t* first_inside;  // node: the first child is inside
+
+  bool at(const Csg::Node& node, int index) const {
+    switch (node.operation) {
+      case CsgOperation::Union: return inside[index] > 0;
+      case CsgOperation::Intersection: return inside[index] == node.children;
+      default: return first_inside[index] && inside[index] == 0;
+    }
+  }
+
+  // Into an operand, or out of it: upwards as far as a state changes.
+  void enter(const Csg& csg, uint32_t operand, bool now_inside) {
+    bool first = csg.operands[operand].first;
+    for (int index = csg.operands[operand].parent; index >= 0;) {
+      const Csg::Node& node = csg.nodes[index];
+      bool before = at(node, index);
+      if (node.operation == CsgOperation::Difference && first)
+        first_inside[index] = now_inside;
+      else
+        inside[index] += now_inside ? 1 : -1;
+      now_inside = at(node, index);
+      if (before == now_inside) return;
+      first = node.first;
+      index = node.parent;
+    }
+  }
+};
+
+// The crossings of one operand, a solid, with a line in the space of the CSG, and their error bounds there.
+int operand_crossings(const Scene& scene, const Csg& csg, uint32_t operand, const Ray& line,
+                      SolidCrossing out[kMaxSolidCrossings]);
+
 class CsgWalk {
  public:
   CsgWalk(const Scene& scene, const Csg& csg, const Ray& line, double t_min, double t_max, uint64_t base)

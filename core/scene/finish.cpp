@@ -57,7 +57,8 @@ Csg SceneBuilder::flatten(const CsgSource& source, const Box& bounds) {
       push(children, &task.instance, task.instance.material, static_cast<int>(csg.nodes.size() - 1));
     } else {
       bool inside_out = object.kind == Kind::Mesh && signed_volume(scene_.meshes[object.index].mesh()) < 0.0;
-      csg.operands.push_back({task.parent, task.first, inside_out});
+      csg.operands.push_back({task.parent, task.first, inside_out,
+                              16 * kUnitRoundoff * task.instance.to_local.stretch()});
       if (object.bounds.unbounded())
         task.instance.object = cut_off(task.instance.object, task.instance.to_local.box(around));
       operands.push_back(task.instance);
@@ -66,6 +67,7 @@ Csg SceneBuilder::flatten(const CsgSource& source, const Box& bounds) {
   }
   csg.assembly = Assembly::build(std::move(operands), scene_.objects, "bvh");
   if (!bounds.empty()) csg.result_box = FrameBox::around(csg.assembly.frame, bounds);
+  csg.filter = make_filter(csg, scene_);
   return csg;
 }
 

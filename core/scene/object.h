@@ -11,6 +11,7 @@
 #include "base/affine.h"
 #include "geometry/flat.h"
 #include "geometry/solid.h"
+#include "scene/csg_filter.h"
 
 namespace tilecast {
 
@@ -62,11 +63,13 @@ struct Csg {
     int parent;
     bool first;
     bool inside_out;  // a mesh whose faces are wound clockwise
+    double rounding;  // of a line that is brought into its space: relative to what is added up on the way
   };
   Assembly assembly;    // of the operands, under a bvh
   FrameBox result_box;  // in the assembly's frame: where the result can be
   std::vector<Operand> operands;
   std::vector<Node> nodes;
+  CsgFilter filter;     // of solids alone; may be empty
 
   const Bvh& tree() const { return assembly.accelerator.hierarchy(); }
 };

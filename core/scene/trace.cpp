@@ -69,13 +69,21 @@ void closest(const Scene& scene, const Object& object, const Ray& ray, uint64_t 
       if (hit.face != FaceHit::kNone) offer({hit.t, base + hit.face, hit.u, hit.v, hit.entering});
       break;
     }
-    case Kind::Csg:
-      visit_crossings(scene, scene.csgs[object.index], ray, ray.t_min, best.t, base, [&](const Crossing& crossing) {
+    case Kind::Csg: {
+      const Csg& csg = scene.csgs[object.index];
+      if (csg.filter.usable()) {
+        Crossing first;
+        Filtered found = first_crossing(scene, csg, ray, ray.t_min, best.t, base, false, first);
+        if (found == Filtered::Found) offer(first);
+        if (found != Filtered::Unsure) break;
+      }
+      visit_crossings(scene, csg, ray, ray.t_min, best.t, base, [&](const Crossing& crossing) {
         if (!(crossing.t > ray.t_min)) return false;
         offer(crossing);
         return true;
       });
       break;
+    }
     case Kind::Group: {
       const Assembly& group = scene.groups[object.index];
       visit_instances(group, ray, best.t, cost, [&](uint32_t i, const Ray& local) {
@@ -111,9 +119,15 @@ bool occluded(const Scene& scene, const Object& object, const Ray& ray, uint64_t
       return face != FaceHit::kNone;
     }
     case Kind::Csg: {
+      const Csg& csg = scene.csgs[object.index];
       bool hit = false;
       occluder = base;
-      visit_crossings(scene, scene.csgs[object.index], ray, ray.t_min, ray.t_max, base, [&](const Crossing& crossing) {
+      if (csg.filter.usable()) {
+        Crossing ignored;
+        Filtered found = first_crossing(scene, csg, ray, ray.t_min, ray.t_max, base, true, ignored);
+        if (found != Filtered::Unsure) return found == Filtered::Found;
+      }
+      visit_crossings(scene, csg, ray, ray.t_min, ray.t_max, base, [&](const Crossing& crossing) {
         hit = within(crossing.t);
         return hit || crossing.t > ray.t_max;
       });
@@ -179,6 +193,17 @@ bool occluded(const Scene& scene, const Ray& ray, uint64_t& occluder) {
   return occluded(scene, scene.objects[scene.root], ray, 0, occluder);
 }
 
+int solid_crossings(const Scene& scene, const Object& object, const Ray& line, const LineError& line_error,
+                    SolidCrossing out[kMaxSolidCrossings]) {
+  const Solid& solid = scene.solids[object.index];
+  int count = crossings(solid, line, out);
+  for (int i = 0; i < count; ++i)
+    if (double displacement = line_error.at(out[i].t); displacement > 0.0)
+      out[i].error += moved_by(displacement, outward(solid, out[i].face, line.at(out[i].t)), line,
+                               glm::length(object.bounds.hi - object.bounds.lo));
+  return count;
+}
+
 void crossings(const Scene& scene, const Object& object, const Ray& line, uint64_t base, std::vector<Crossing>& out,
                const LineError& line_error) {
   NoCost free;
@@ -186,15 +211,9 @@ void crossings(const Scene& scene, const Object& object, const Ray& line, uint64
     case Kind::Solid: {
       TILECAST_COUNT(solid);
       SolidCrossing list[kMaxSolidCrossings];
-      const Solid& solid = scene.solids[object.index];
-      int count = crossings(solid, line, list);
-      for (int i = 0; i < count; ++i) {
-        double error = list[i].error;
-        if (double displacement = line_error.at(list[i].t); displacement > 0.0)
-          error += moved_by(displacement, outward(solid, list[i].face, line.at(list[i].t)), line,
-                            glm::length(object.bounds.hi - object.bounds.lo));
-        out.push_back({{list[i].t, base + list[i].face, 0.0, 0.0, list[i].entering}, error});
-      }
+      int count = solid_crossings(scene, object, line, line_error, list);
+      for (int i = 0; i < count; ++i)
+        out.push_back({{list[i].t, base + list[i].face, 0.0, 0.0, list[i].entering}, list[i].error});
       break;
     }
     case Kind::Flat: {

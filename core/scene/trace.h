@@ -61,4 +61,8 @@ void crossings(const Scene& scene, const Ray& line, std::vector<Crossing>& out);
 void crossings(const Scene& scene, const Object& object, const Ray& line, uint64_t base, std::vector<Crossing>& out,
                const LineError& line_error = {});
 
+// The same of a solid, with the error bounds of a line that is itself off. Returns how many.
+int solid_crossings(const Scene& scene, const Object& object, const Ray& line, const LineError& line_error,
+                    SolidCrossing out[kMaxSolidCrossings]);
+
 }  // namespace tilecast

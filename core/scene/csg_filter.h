@@ -1,0 +1,60 @@
+// What decides most rays through a CSG of solids, in single precision and eight operands at a time.
+//
+// A filter in the sense of exact geometric computation (Fortune and Van Wyk, "Efficient Exact Arithmetic for
+// Computational Geometry", SoCG 1993): interval bounds say where each operand's crossings can be; where these overlap
+// nothing, the order of the crossings is known, and with it which one is the result's first. That one alone is then
+// solved as scene/csg.cpp does, to the same bits. Operands whose bounds do not suffice are solved at once; where two
+// exact crossings are still one event, the answer is `Unsure`, and the walk of scene/csg.h decides.
+//
+// In the frame of the operands a line in float lies within kDisplacement of the exact one, all rounding of the solver
+// included: a point of it is inside for sure where it is inside the operand shrunk by that, and outside for sure where
+// it is outside of the operand grown by that.
+#pragma once
+
+#include <vector>
+
+#include "accel/frame_box.h"
+#include "base/lanes.h"
+
+namespace tilecast {
+
+struct Csg;
+struct Crossing;
+struct Scene;
+
+struct CsgFilter {
+  // Each operand is where all of its parts are: a ball of radius 1 after a linear map (a sphere; a cylinder's side, by
+  // a map that leaves out the axis), and up to three slabs. Parts that an operand does not have are everywhere.
+  struct Slab {
+    Float8 normal[3];
+    Float8 low[2], high[2];  // grown, shrunk
+  };
+  struct Batch {
+    Float8 map[3][3], centre[3];  // rows
+    Float8 radius2[2];            // grown, shrunk
+    Slab slabs[3];
+    int slab_count;
+    Mask8 rough;  // operands of which this is but a bound: never inside for sure
+    uint32_t operand[kLanes];
+    int count;
+  };
+  struct Boxes {
+    Float8 lo[3], hi[3];
+  };
+  std::vector<Batch> batches;
+  std::vector<Boxes> boxes;  // of the batches, eight at a time
+  FrameBox result_box;
+
+  bool usable() const { return !batches.empty(); }
+};
+
+// Empty where the CSG is not such, or has too many operands.
+CsgFilter make_filter(const Csg& csg, const Scene& scene);
+
+enum class Filtered : uint8_t { Nothing, Found, Unsure };
+
+// The first crossing of the result in t_min < t <= t_max. `any`: whether there is one; `out` is not filled in.
+Filtered first_crossing(const Scene& scene, const Csg& csg, const Ray& ray, double t_min, double t_max, uint64_t base,
+                        bool any, Crossing& out);
+
+}  // namespace tilecast
