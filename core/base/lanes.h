@@ -13,9 +13,17 @@ inline constexpr int kLanes = 8;
 using Float8 = float __attribute__((vector_size(32)));
 using Mask8 = int32_t __attribute__((vector_size(32)));  // a lane: all bits or none
 
+inline constexpr Mask8 kLaneNumbers{0, 1, 2, 3, 4, 5, 6, 7};
+
 inline Float8 all(float x) { return Float8{} + x; }
 inline Float8 min(Float8 a, Float8 b) { return a < b ? a : b; }
 inline Float8 max(Float8 a, Float8 b) { return a > b ? a : b; }
+
+inline float least(Float8 x) {
+  x = min(x, __builtin_shufflevector(x, x, 4, 5, 6, 7, 0, 1, 2, 3));
+  x = min(x, __builtin_shufflevector(x, x, 2, 3, 0, 1, 6, 7, 4, 5));
+  return x[0] < x[1] ? x[0] : x[1];
+}
 
 #ifdef __AVX2__
 inline Float8 sqrt(Float8 x) { return (Float8)_mm256_sqrt_ps((__m256)x); }

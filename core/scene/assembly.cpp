@@ -15,7 +15,9 @@ Assembly Assembly::build(std::vector<Instance> instances, const std::vector<Obje
   std::vector<Box> boxes;
   boxes.reserve(out.instances.size());
   uint64_t total = 0;
-  for (const Instance& instance : out.instances) {
+  for (Instance& instance : out.instances) {
+    const glm::dmat3 same(1.0);
+    instance.turned = instance.to_parent.linear != same || instance.to_local.linear != same;
     const Object& object = objects[instance.object];
     out.first_primitive.push_back(total);
     if (object.primitives > kMostPrimitives - total) throw Error("instances multiply to more than 2^62 primitives");

@@ -63,7 +63,7 @@ LineError line_error(const Csg& csg, uint32_t operand, const Ray& line) {
 int operand_crossings(const Scene& scene, const Csg& csg, uint32_t operand, const Ray& line,
                       SolidCrossing out[kMaxSolidCrossings]) {
   const Instance& instance = csg.assembly.instances[operand];
-  return solid_crossings(scene, scene.objects[instance.object], instance.to_local.ray(line),
+  return solid_crossings(scene, scene.objects[instance.object], instance.local(line),
                          line_error(csg, operand, line), out);
 }
 
@@ -89,7 +89,7 @@ void CsgWalk::gather(uint32_t operand) {
   std::vector<Crossing>& events = workspace().events;
   const Instance& instance = csg_.assembly.instances[operand];
   size_t begin = events.size();
-  crossings(scene_, scene_.objects[instance.object], instance.to_local.ray(line_),
+  crossings(scene_, scene_.objects[instance.object], instance.local(line_),
             base_ + csg_.assembly.first_primitive[operand], events, line_error(csg_, operand, line_));
   for (size_t k = begin; k < events.size(); ++k) {
     events[k].operand = operand;

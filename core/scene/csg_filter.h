@@ -44,6 +44,8 @@ struct CsgFilter {
   std::vector<Batch> batches;
   std::vector<Boxes> boxes;  // of the batches, eight at a time
   FrameBox result_box;
+  // Of a single batch: whether a point is inside the result, by the lanes that it is inside of.
+  bool inside[1 << kLanes] = {};
 
   bool usable() const { return !batches.empty(); }
 };

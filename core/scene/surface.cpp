@@ -39,24 +39,34 @@ Surface resolve(const Scene& scene, const Ray& ray, const Hit& hit) {
   Ray local = ray;
   Affine to_world;
   glm::dmat3 to_local{1.0};
+  bool turned = false;  // to_world, to_local
+  double stretch = to_world.stretch();
   double offsets = 0.0;  // magnitudes that the transforms added and took away
   const Object& object = descend<true>(scene, primitive, [&](const Instance& instance) {
     if (instance.material != kInherit) material = instance.material;
-    local = instance.to_local.ray(local);
-    offsets += to_world.stretch() * max_abs(instance.to_parent.offset);
-    to_world = to_world * instance.to_parent;
-    to_local = instance.to_local.linear * to_local;
+    local = instance.local(local);
+    offsets += stretch * max_abs(instance.to_parent.offset);
+    if (!turned) {
+      to_world = {instance.to_parent.linear, instance.to_parent.offset + to_world.offset};
+      to_local = instance.to_local.linear;
+    } else if (instance.turned) {
+      to_world = to_world * instance.to_parent;
+      to_local = instance.to_local.linear * to_local;
+    } else {
+      to_world.offset = to_world.point(instance.to_parent.offset);
+    }
+    if (instance.turned) stretch = to_world.stretch();
+    turned |= instance.turned;
   });
   Leaf leaf = at_leaf(scene, object, local, hit, primitive);
   Surface surface;
   surface.local_point = leaf.point;
   surface.local_normal = leaf.normal;
-  surface.point = to_world.point(leaf.point);
+  surface.point = turned ? to_world.point(leaf.point) : leaf.point + to_world.offset;
   surface.material = &scene.materials[material == kInherit ? 0 : material];
-  double stretch = to_world.stretch();
   surface.error = stretch * (leaf.error + 16 * kUnitRoundoff * max_abs(leaf.point)) +
                   16 * kUnitRoundoff * (max_abs(surface.point) + offsets);
-  Vec3 normal = leaf.normal * to_local;
+  Vec3 normal = turned ? leaf.normal * to_local : leaf.normal;
   double largest = max_abs(normal);
   surface.normal = largest > 0.0 ? glm::normalize(normal / largest) : -glm::normalize(ray.direction);
   if ((glm::dot(surface.normal, ray.direction) > 0.0) == hit.entering) {

@@ -7,18 +7,40 @@
 namespace tilecast {
 namespace {
 
+// The part of enter_frame that boxes need, to the same bits; triangles alone need the rest.
+bool enter_boxes(const Frame& frame, const Ray& ray, FrameRay& out) {
+  Vec3 origin = frame.to_frame(ray.origin);
+  double largest = max_abs(ray.direction);
+  if (!(largest >= 0x1p-1000 && largest <= 0x1p1000)) return false;
+  double normalise = power_below_reciprocal(largest);
+  Vec3 direction = ray.direction * normalise;
+  out.t_scale = frame.scale * normalise;
+  out.s_scale = 1.0 / out.t_scale;
+  out.t_start = -glm::dot(origin, direction) / glm::dot(direction, direction);
+  out.slack = static_cast<float>(std::fabs(out.t_start) * 0x1p-50);
+  Vec3 start = origin + out.t_start * direction;
+  if (!(glm::dot(start, start) <= 4.0)) return false;
+  for (int i = 0; i < 3; ++i) {
+    out.origin[i] = to_grid(start[i]);
+    out.direction[i] = to_grid(direction[i]);
+    float d = std::fabs(out.direction[i]) < 0x1p-40f ? std::copysign(0x1p-40f, out.direction[i]) : out.direction[i];
+    out.reciprocal[i] = 1.0f / d;
+  }
+  return true;
+}
+
 // Visits the instances whose boxes the ray meets before t_max; visit(instance index, ray in its space) may lower t_max
 // and ends the visit by returning true.
 template <class Cost, class Visit>
 bool visit_instances(const Assembly& assembly, const Ray& ray, const double& t_max, Cost& cost, Visit&& visit) {
   TILECAST_COUNT(group);
   FrameRay local;
-  if (!enter_frame(assembly.frame, ray, local)) return false;
+  if (!enter_boxes(assembly.frame, ray, local)) return false;
   float s_max = local.s_above(t_max);
   return assembly.accelerator.traverse(local, local.s_below(ray.t_min), s_max, cost, [&](uint32_t first, uint32_t count) {
     for (uint32_t i = first; i < first + count; ++i) {
       uint32_t index = assembly.accelerator.order()[i];
-      if (visit(index, assembly.instances[index].to_local.ray(ray))) return true;
+      if (visit(index, assembly.instances[index].local(ray))) return true;
     }
     s_max = local.s_above(t_max);
     return false;
@@ -146,7 +168,7 @@ bool occluded(const Scene& scene, const Object& object, const Ray& ray, uint64_t
 bool occluded_by(const Scene& scene, Ray ray, uint64_t primitive) {
   if (primitive >= scene.objects[scene.root].primitives) return false;
   const Object& object =
-      descend<false>(scene, primitive, [&](const Instance& instance) { ray = instance.to_local.ray(ray); });
+      descend<false>(scene, primitive, [&](const Instance& instance) { ray = instance.local(ray); });
   uint64_t ignored;
   if (object.kind != Kind::Mesh) return occluded(scene, object, ray, 0, ignored);
   const Mesh& mesh = scene.meshes[object.index].mesh();

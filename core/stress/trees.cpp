@@ -106,7 +106,7 @@ double measure_error(std::mt19937_64& random, uint64_t i) {
   std::vector<Ends> operands;
   for (const Instance& operand : tree.csg->assembly.instances) {
     part.clear();
-    crossings(*tree.scene, tree.scene->objects[operand.object], operand.to_local.ray(line), 0, part);
+    crossings(*tree.scene, tree.scene->objects[operand.object], operand.local(line), 0, part);
     Ends ends;
     for (const Crossing& c : part) ends.push_back(c.t), farthest = std::max(farthest, std::fabs(c.t));
     std::sort(ends.begin(), ends.end());

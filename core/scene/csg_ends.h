@@ -1,0 +1,125 @@
+// A line in float against the operands of a CSG's filter: bounds on where it enters and leaves each.
+#pragma once
+
+#include "scene/csg.h"
+
+namespace tilecast {
+
+// Displacements in units of the frame, in which the operands lie within [-1, 1]^3 and the part of the line that can
+// meet them within |s| < 2, |direction| in [1, 2 sqrt 3). With e = 2^-24: origin 2e, direction 2e s, the maps'
+// coefficients and their application to both 24e (rows of length 1), the solver's root 4e: below 2^-18 with the bounds
+// of the exact crossings, which are 2^-24 at most (kFarthest, kCondition); twice that, and twice again.
+inline constexpr double kDisplacement = 0x1p-16;
+inline constexpr double kRelative = 0x1p-19;  // of a ball's radius, for the solver
+inline constexpr double kFarthest = 0x1p16;   // of a line's origin, frame units
+inline constexpr double kCondition = 0x1p8;   // of an operand's transform
+inline constexpr float kNowhere = 1e30f;
+inline constexpr double kRoom = 0x1p-12;      // frame units: what is nearer to an end of the range is not left out
+
+inline constexpr size_t kMostFilterNodes = 32;
+
+// The line in the frame: t of the ray = (start + s) * scale.
+struct FilterLine {
+  float origin[3], direction[3];
+  double start, scale;
+
+  double t(float s) const { return (start + s) * scale; }
+  float s(double t) const { return static_cast<float>(t / scale - start); }
+};
+
+// False where the line passes the operands by.
+inline bool enter_filter(const Frame& frame, const Ray& ray, FilterLine& out, bool& far) {
+  Vec3 origin = frame.to_frame(ray.origin);
+  double largest = max_abs(ray.direction);
+  if (!(largest >= 0x1p-1000 && largest <= 0x1p1000)) return false;
+  double normalise = power_below_reciprocal(largest);
+  Vec3 direction = ray.direction * normalise;
+  out.scale = frame.scale * normalise;
+  out.start = -glm::dot(origin, direction) / glm::dot(direction, direction);
+  Vec3 nearest = origin + out.start * direction;
+  if (!(glm::dot(nearest, nearest) <= 4.0)) return false;
+  far = !(max_abs(origin) <= kFarthest);
+  for (int i = 0; i < 3; ++i) {
+    out.origin[i] = static_cast<float>(nearest[i]);
+    out.direction[i] = static_cast<float>(direction[i]);
+  }
+  return true;
+}
+
+// Narrows s_min .. s_max to where the line is in the box.
+inline void clip_to_box(const FrameBox& box, const FilterLine& line, float& s_min, float& s_max) {
+  for (int i = 0; i < 3; ++i) {
+    float d = line.direction[i];
+    float per = 1.0f / (std::fabs(d) < 0x1p-40f ? std::copysign(0x1p-40f, d) : d);
+    float a = (box.lo[i] - line.origin[i]) * per, b = (box.hi[i] - line.origin[i]) * per;
+    s_min = std::max(s_min, std::min(a, b));
+    s_max = std::min(s_max, std::max(a, b));
+  }
+}
+
+// Where a batch's operands can begin and end: bounds on each.
+struct Ends {
+  Float8 in[2], out[2];
+};
+
+inline Ends ends_of(const CsgFilter::Batch& batch, const FilterLine& line) {
+  Float8 o[3], d[3];
+  Float8 a = all(0.0f), b = all(0.0f);
+  {
+    Float8 from[3];
+    for (int i = 0; i < 3; ++i) from[i] = line.origin[i] - batch.centre[i];
+    for (int i = 0; i < 3; ++i) {
+      const auto& row = batch.map[i];
+      o[i] = fma(row[0], from[0], fma(row[1], from[1], row[2] * from[2]));
+      d[i] = fma(row[0], all(line.direction[0]), fma(row[1], all(line.direction[1]), row[2] * line.direction[2]));
+    }
+  }
+  for (int i = 0; i < 3; ++i) a = fma(d[i], d[i], a);
+  Mask8 along = a < 1e-20f;  // the axis, to within rounding
+  for (int i = 0; i < 3; ++i) {
+    d[i] = along ? all(0.0f) : d[i];
+    b = fma(o[i], d[i], b);
+  }
+  Float8 inverse = 1.0f / max(a, all(1e-20f));
+  Float8 middle = -b * inverse, distance2 = all(0.0f);
+  for (int i = 0; i < 3; ++i) {
+    Float8 nearest = fma(middle, d[i], o[i]);
+    distance2 = fma(nearest, nearest, distance2);
+  }
+  Float8 wide = batch.radius2[0] - distance2, narrow = batch.radius2[1] - distance2;
+  Float8 wide_half = sqrt(max(wide, all(0.0f)) * inverse), narrow_half = sqrt(max(narrow, all(0.0f)) * inverse);
+  Ends ends;
+  const Float8 none = all(kNowhere);
+  Mask8 outside = wide < 0.0f, grazing = (narrow <= 0.0f) | batch.rough;
+  ends.in[0] = outside ? none : middle - wide_half;
+  ends.out[0] = outside ? -none : middle + wide_half;
+  ends.in[1] = grazing ? none : middle - narrow_half;
+  ends.out[1] = grazing ? -none : middle + narrow_half;
+  for (int i = 0; i < batch.slab_count; ++i) {
+    const CsgFilter::Slab& slab = batch.slabs[i];
+    const auto& n = slab.normal;
+    Float8 at = fma(n[0], all(line.origin[0]), fma(n[1], all(line.origin[1]), n[2] * line.origin[2]));
+    Float8 along_n = fma(n[0], all(line.direction[0]), fma(n[1], all(line.direction[1]), n[2] * line.direction[2]));
+    Mask8 level = (along_n < 1e-20f) & (along_n > -1e-20f);
+    Float8 per = 1.0f / (level ? all(1e-20f) : along_n);
+    for (int k = 0; k < 2; ++k) {
+      Float8 low = (slab.low[k] - at) * per, high = (slab.high[k] - at) * per;
+      ends.in[k] = max(ends.in[k], min(low, high));
+      ends.out[k] = min(ends.out[k], max(low, high));
+    }
+  }
+  return ends;
+}
+
+inline uint32_t boxes_met(const CsgFilter::Boxes& boxes, const FilterLine& line, const Float8 reciprocal[3], float s_min,
+                          float s_max) {
+  Float8 from = all(s_min), to = all(s_max);
+  for (int i = 0; i < 3; ++i) {
+    Float8 a = (boxes.lo[i] - line.origin[i]) * reciprocal[i], b = (boxes.hi[i] - line.origin[i]) * reciprocal[i];
+    from = max(from, min(a, b));
+    to = min(to, max(a, b));
+  }
+  return bits(from <= to);
+}
+
+}  // namespace tilecast
