@@ -50,11 +50,11 @@ Rgb trace_whitted(const Scene& scene, const Ray& camera_ray, const Media& camera
     Media media;
     int depth;
   };
-  thread_local std::vector<Branch> pending;
+  thread_local std::vector<Branch> kept;  // from ray to ray, so that tracing does not allocate
+  std::vector<Branch>& pending = kept;
   pending.clear();
   pending.push_back({camera_ray, Rgb(1.0), camera_media, 1});
   ++tracing.counts.camera;
-  const bool dielectrics = std::binary_search(scene.features.begin(), scene.features.end(), "dielectric");
   Rgb sum(0.0);
   while (!pending.empty()) {
     Branch branch = pending.back();
@@ -104,7 +104,7 @@ Rgb trace_whitted(const Scene& scene, const Ray& camera_ray, const Media& camera
         Rgb f = bsdf.evaluate(wo, basis.to_local(direct.direction), pdf);
         if (!(max_component(f) > 0.0)) continue;
         Rgb left(1.0);
-        if (dielectrics) {
+        if (scene.dielectrics) {
           left = shadow_transmittance(scene, direct.shadow, branch.media, tracing);
         } else {
           ++tracing.counts.shadow;

@@ -188,6 +188,7 @@ std::shared_ptr<const Scene> SceneBuilder::build(uint32_t root, const Options& o
     collect_lights(root, Affine{}, kInherit, 0);
   scene_.lights.finish();
   scene_.features = find_features(scene_);
+  scene_.dielectrics = std::binary_search(scene_.features.begin(), scene_.features.end(), "dielectric");
   auto out = std::make_shared<const Scene>(std::move(scene_));
   *this = SceneBuilder();
   return out;

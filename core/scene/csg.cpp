@@ -62,6 +62,7 @@ LineError line_error(const Csg& csg, uint32_t operand, const Ray& line) {
 
 int operand_crossings(const Scene& scene, const Csg& csg, uint32_t operand, const Ray& line,
                       SolidCrossing out[kMaxSolidCrossings]) {
+  TILECAST_COUNT(solid);
   const Instance& instance = csg.assembly.instances[operand];
   return solid_crossings(scene, scene.objects[instance.object], instance.local(line),
                          line_error(csg, operand, line), out);

@@ -62,12 +62,14 @@ struct Ends {
   Float8 in[2], out[2];
 };
 
-inline Ends ends_of(const CsgFilter::Batch& batch, const FilterLine& line) {
-  Float8 o[3], d[3];
-  Float8 a = all(0.0f), b = all(0.0f);
-  {
-    Float8 from[3];
-    for (int i = 0; i < 3; ++i) from[i] = line.origin[i] - batch.centre[i];
+// False where the line meets none of them.
+inline bool ends_of(const CsgFilter::Batch& batch, const FilterLine& line, Ends& ends) {
+  Float8 o[3], d[3], a = all(0.0f), b = all(0.0f);
+  for (int i = 0; i < 3; ++i) o[i] = line.origin[i] - batch.centre[i];
+  if (batch.even) {
+    for (int i = 0; i < 3; ++i) o[i] *= batch.map[0][0], d[i] = line.direction[i] * batch.map[0][0];
+  } else {
+    const Float8 from[3] = {o[0], o[1], o[2]};
     for (int i = 0; i < 3; ++i) {
       const auto& row = batch.map[i];
       o[i] = fma(row[0], from[0], fma(row[1], from[1], row[2] * from[2]));
@@ -87,8 +89,8 @@ inline Ends ends_of(const CsgFilter::Batch& batch, const FilterLine& line) {
     distance2 = fma(nearest, nearest, distance2);
   }
   Float8 wide = batch.radius2[0] - distance2, narrow = batch.radius2[1] - distance2;
+  if (!bits(wide >= 0.0f)) return false;
   Float8 wide_half = sqrt(max(wide, all(0.0f)) * inverse), narrow_half = sqrt(max(narrow, all(0.0f)) * inverse);
-  Ends ends;
   const Float8 none = all(kNowhere);
   Mask8 outside = wide < 0.0f, grazing = (narrow <= 0.0f) | batch.rough;
   ends.in[0] = outside ? none : middle - wide_half;
@@ -108,7 +110,7 @@ inline Ends ends_of(const CsgFilter::Batch& batch, const FilterLine& line) {
       ends.out[k] = min(ends.out[k], max(low, high));
     }
   }
-  return ends;
+  return true;
 }
 
 inline uint32_t boxes_met(const CsgFilter::Boxes& boxes, const FilterLine& line, const Float8 reciprocal[3], float s_min,

@@ -6,7 +6,7 @@
 namespace tilecast {
 namespace {
 
-constexpr size_t kMostOperands = 512;
+constexpr size_t kMostOperands = 1 << 14;  // boxes of eight times eight are looked at one after the other
 
 using Batch = CsgFilter::Batch;
 
@@ -55,6 +55,7 @@ bool set_operand(Batch& batch, int lane, const Csg& csg, uint32_t index, const S
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) rows[i][j] = instance.to_local.linear[j][i] * frame.scale;
   batch.operand[lane] = index;
+  for (Float8& radius2 : batch.radius2) radius2[lane] = 1.0f;
   const Solid& solid = scene.solids[scene.objects[instance.object].index];
   auto slab = [&](int number, const Vec3& row, double low, double high) {
     set_slab(batch, lane, number, row, centre, low, high);
@@ -79,7 +80,7 @@ bool set_operand(Batch& batch, int lane, const Csg& csg, uint32_t index, const S
 
 Batch empty_batch() {
   Batch batch{};
-  batch.radius2[0] = batch.radius2[1] = all(1.0f);
+  batch.radius2[0] = batch.radius2[1] = all(-1.0f);  // nowhere
   for (CsgFilter::Slab& slab : batch.slabs)
     for (int k = 0; k < 2; ++k) slab.low[k] = all(-kNowhere), slab.high[k] = all(kNowhere);
   return batch;
@@ -108,6 +109,11 @@ CsgFilter make_filter(const Csg& csg, const Scene& scene) {
       if (!set_operand(batch, lane, csg, order[first + lane], scene)) return {};
       around.extend(box[order[first + lane]]);
     }
+    batch.even = true;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        for (int lane = 0; lane < batch.count; ++lane)
+          batch.even &= batch.map[i][j][lane] == (i == j ? batch.map[0][0][lane] : 0.0f);
     if (order.size() > 2 * kLanes) {
       const size_t number = out.batches.size();
       if (number % kLanes == 0) {

@@ -16,6 +16,7 @@ void fill(Crossing& out, uint64_t base, const Csg& csg, uint32_t operand, double
 // Crossing number `number` of an operand that has two; false where it turns out not to.
 bool solve_hit(const Scene& scene, const Csg& csg, const Ray& ray, uint64_t base, uint32_t operand, int number,
                bool entering, Crossing& out) {
+  TILECAST_COUNT(solid);
   const Instance& instance = csg.assembly.instances[operand];
   SolidCrossing list[kMaxSolidCrossings];
   if (crossings(scene.solids[scene.objects[instance.object].index], instance.local(ray), list) != 2) return false;
@@ -28,7 +29,8 @@ bool solve_hit(const Scene& scene, const Csg& csg, const Ray& ray, uint64_t base
 Filtered search_few(const Scene& scene, const Csg& csg, const Ray& ray, double t_min, double t_max,
                     const FilterLine& line, float s_min, float s_max, uint64_t base, bool any, Crossing& out) {
   const CsgFilter::Batch& batch = csg.filter.batches[0];
-  const Ends ends = ends_of(batch, line);
+  Ends ends;
+  if (!ends_of(batch, line, ends)) return Filtered::Nothing;
   const Mask8 met = (ends.in[0] <= ends.out[0]) & (ends.out[0] >= s_min) & (ends.in[0] <= s_max);
   const uint32_t lanes = (1u << batch.count) - 1;
   if (bits(met & (ends.in[1] >= ends.out[1])) & lanes) return Filtered::Unsure;
@@ -139,7 +141,8 @@ bool Search::refine(uint32_t operand) {
 bool Search::gather(const FilterLine& line, float s_min, float s_max) {
   const CsgFilter& filter = csg_.filter;
   auto look_at = [&](const CsgFilter::Batch& batch) {
-    const Ends ends = ends_of(batch, line);
+    Ends ends;
+    if (!ends_of(batch, line, ends)) return true;
     uint32_t met = bits((ends.in[0] <= ends.out[0]) & (ends.out[0] >= s_min) & (ends.in[0] <= s_max)) &
                    ((1u << batch.count) - 1);
     const uint32_t sure = bits(ends.in[1] < ends.out[1]);
@@ -172,7 +175,7 @@ bool Search::gather(const FilterLine& line, float s_min, float s_max) {
     reciprocal[i] = all(1.0f / (std::fabs(d) < 0x1p-40f ? std::copysign(0x1p-40f, d) : d));
   }
   for (size_t group = 0; group < filter.boxes.size(); ++group)
-    for (uint32_t met = boxes_met(filter.boxes[group], line, reciprocal, -kNowhere, s_max); met != 0; met &= met - 1)
+    for (uint32_t met = boxes_met(filter.boxes[group], line, reciprocal, s_min, s_max); met != 0; met &= met - 1)
       if (!look_at(filter.batches[group * kLanes + std::countr_zero(met)])) return false;
   return true;
 }
@@ -200,27 +203,24 @@ Filtered Search::run(const FilterLine& line, float s_min, float s_max, uint64_t 
       }
       continue;
     }
-    const bool at_end = event.lo <= t_min_ || event.hi > t_max_ || event.lo < low_ || event.hi > high_;
-    if (at_end && !event.exact) {
-      if (!refine(event.operand)) return Filtered::Unsure;
-      continue;
-    }
     state().enter(csg_, event.operand, event.entering);
     const bool now_inside = state().at(csg_.nodes[0], 0);
     events_[first] = events_[--count_];
     if (now_inside == inside) continue;
     inside = now_inside;
-    if (at_end) {
-      if (event.t > t_max_) return Filtered::Nothing;
-      if (!(event.t > t_min_)) continue;
-      // What was left out may be together with it.
-      if (event.lo < low_ || event.hi > high_) return Filtered::Unsure;
-    }
-    if (any) return Filtered::Found;
+    if (event.hi < t_min_) continue;
+    if (event.lo > t_max_) return Filtered::Nothing;
+    const bool at_end = event.lo <= t_min_ || event.hi >= t_max_;
+    if (any && !at_end) return Filtered::Found;
     if (event.exact)
       fill(out, base, csg_, event.operand, event.t, event.face, now_inside);
     else if (!solve_hit(scene_, csg_, ray_, base, event.operand, event.number, now_inside, out))
       return Filtered::Unsure;
+    if (at_end) {
+      if (!(out.t > t_min_)) continue;
+      if (out.t > t_max_) return Filtered::Nothing;
+      if (event.lo < low_ || event.hi > high_) return Filtered::Unsure;
+    }
     return Filtered::Found;
   }
   return Filtered::Nothing;

@@ -39,6 +39,7 @@ struct Scene {
   uint32_t seed = 0;
   bool next_event = true;  // sample the lights; off for tests only
 
+  bool dielectrics = false;           // a material refracts
   std::vector<std::string> features;  // what the scene uses, of all_features()
   AcceleratorStats accelerator;       // all levels together
 };

@@ -68,7 +68,7 @@ Surface resolve(const Scene& scene, const Ray& ray, const Hit& hit) {
                   16 * kUnitRoundoff * (max_abs(surface.point) + offsets);
   Vec3 normal = turned ? leaf.normal * to_local : leaf.normal;
   double largest = max_abs(normal);
-  surface.normal = largest > 0.0 ? glm::normalize(normal / largest) : -glm::normalize(ray.direction);
+  surface.normal = largest > 0.0 ? glm::normalize(normal * power_below_reciprocal(largest)) : -glm::normalize(ray.direction);
   if ((glm::dot(surface.normal, ray.direction) > 0.0) == hit.entering) {
     surface.normal = -surface.normal;
     surface.local_normal = -surface.local_normal;

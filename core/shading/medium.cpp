@@ -1,14 +1,12 @@
 #include "shading/medium.h"
 
-#include <algorithm>
-
 #include "base/counters.h"
 
 namespace tilecast {
 
 Media media_at(const Scene& scene, const Vec3& point) {
   Media media;
-  if (!std::binary_search(scene.features.begin(), scene.features.end(), "dielectric")) return media;
+  if (!scene.dielectrics) return media;
   TILECAST_COUNT(medium);
   Ray line{point, Vec3(0.0, 1.0, 0.0), -kInfinity, kInfinity};
   std::vector<Crossing> list;

@@ -4,6 +4,7 @@
 #include "scene/csg.h"
 #include "scene/surface.h"
 #include "stress/scenes.h"
+#include "stress/shapes.h"
 
 namespace tilecast {
 namespace {
@@ -88,24 +89,69 @@ TEST(Csg, LooksAtFewOfManyOperands) {
 }
 #endif
 
+// The first hit, and whether anything is in the way, are what the crossings of the whole line say.
+void expect_first_of_line(const Scene& scene, Ray ray) {
+  thread_local std::vector<Crossing> whole;
+  crossings(scene, ray, whole);
+  auto first = std::find_if(whole.begin(), whole.end(), [](const Crossing& c) { return c.t > 0.0; });
+  Hit hit = closest(scene, ray);
+  ASSERT_EQ(hit.found(), first != whole.end());
+  if (!hit.found()) return;
+  ASSERT_EQ(hit.t, first->t);
+  ASSERT_EQ(hit.primitive, first->primitive);
+  ASSERT_EQ(hit.entering, first->entering);
+  ray.t_max = hit.t;
+  ASSERT_TRUE(occluded(scene, ray));
+  ray.t_max = std::nextafter(hit.t, 0.0);
+  ASSERT_FALSE(occluded(scene, ray));
+}
+
 TEST(Csg, StopsAtTheFirstCrossingThatTheWholeLineHas) {
   auto scene = cheese(1000);
   std::mt19937_64 random(2);
-  std::vector<Crossing> whole;
-  for (int i = 0; i < 20000; ++i) {
-    Ray ray = random_ray(random, i % 2 ? 3.0 : 0.7);
-    crossings(*scene, ray, whole);
-    auto first = std::find_if(whole.begin(), whole.end(), [](const Crossing& c) { return c.t > 0.0; });
-    Hit hit = closest(*scene, ray);
-    ASSERT_EQ(hit.found(), first != whole.end());
-    if (!hit.found()) continue;
-    ASSERT_EQ(hit.t, first->t);
-    ASSERT_EQ(hit.primitive, first->primitive);
-    ASSERT_EQ(hit.entering, first->entering);
-    ray.t_max = hit.t;
-    ASSERT_TRUE(occluded(*scene, ray));
-    ray.t_max = std::nextafter(hit.t, 0.0);
-    ASSERT_FALSE(occluded(*scene, ray));
+  for (int i = 0; i < 20000; ++i) expect_first_of_line(*scene, random_ray(random, i % 2 ? 3.0 : 0.7));
+}
+
+// Solids of every kind about a metre large; half of them where others are, so that faces coincide.
+uint32_t random_tree(SceneBuilder& builder, std::mt19937_64& random, int operands) {
+  std::vector<InstanceSource> of;
+  const auto operation = static_cast<CsgOperation>(random() % 3);
+  const int children = std::min(operands, 2 + static_cast<int>(random() % 3));
+  for (int i = 0; i < children; ++i) {
+    const int share = operands / children + (i < operands % children);
+    const Solid solids[] = {Sphere{0.8}, Block{Vec3(-0.7), Vec3(0.7)}, Cylinder{0.5, 1.4}, Cone{0.8, 0.0, 1.4},
+                            Capsule{0.5, 0.6}, Torus{0.7, 0.2}, RoundedBlock{Vec3(-0.7), Vec3(0.7), 0.2},
+                            random_quadric(random, 0.7), Sphere{1e-7}, Cylinder{0.5, 1e-9}};
+    uint32_t object = share > 1 ? random_tree(builder, random, share) : builder.add_solid(solids[random() % std::size(solids)]);
+    if (i > 0 && operation != CsgOperation::Union && share == 1 && random() % 8 == 0)
+      object = builder.add_solid(Halfspace::of(random_direction(random), 0.1));
+    Affine place = random_affine(random);
+    if (random() & 1) place = rotate(kPi / 2 * (random() % 4), Vec3(0, 1, 0));
+    if (random() % 4 == 0) place = translate({0.0, 0.7, 0.0});
+    of.push_back({object, place});
+  }
+  return builder.add_csg(operation, of);
+}
+
+TEST(Csg, FindsWhatTheWalkAlongTheWholeLineFindsBitForBit) {
+  std::mt19937_64 random(3);
+  for (int tree = 0; tree < 300; ++tree) {
+    SceneBuilder builder;
+    const int operands = tree % 2 ? 2 + random() % 7 : 2 + random() % 40;
+    uint32_t root = random_tree(builder, random, operands);
+    auto scene = scene_of(builder, {{root, tree % 3 ? random_affine(random) : Affine{}}});
+    for (int i = 0; i < 300; ++i) {
+      Ray ray = random_ray(random, i % 3 ? 3.0 : 0.7);
+      if (i % 5 == 0) ray.direction[random() % 3] = 0.0;
+      if (i % 7 == 0) ray = {ray.origin, Vec3(0, -1, 0)};
+      if (i % 11 == 0) ray.origin -= 1e6 * ray.direction;
+      expect_first_of_line(*scene, ray);
+      Hit hit = closest(*scene, ray);
+      if (!hit.found()) continue;
+      Vec3 direction = random_direction(random);
+      expect_first_of_line(*scene, {resolve(*scene, ray, hit).spawn(direction), direction});
+      if (testing::Test::HasFailure()) FAIL() << "tree " << tree << ", ray " << i;
+    }
   }
 }
 
