@@ -2,6 +2,7 @@
 #pragma once
 
 #include "scene/csg.h"
+#include "scene/float_line.h"
 
 namespace tilecast {
 
@@ -13,44 +14,13 @@ inline constexpr double kDisplacement = 0x1p-16;
 inline constexpr double kRelative = 0x1p-19;  // of a ball's radius, for the solver
 inline constexpr double kFarthest = 0x1p16;   // of a line's origin, frame units
 inline constexpr double kCondition = 0x1p8;   // of an operand's transform
-inline constexpr float kNowhere = 1e30f;
-inline constexpr double kRoom = 0x1p-12;      // frame units: what is nearer to an end of the range is not left out
 
 inline constexpr size_t kMostFilterNodes = 32;
 
-// The line in the frame: t of the ray = (start + s) * scale.
-struct FilterLine {
-  float origin[3], direction[3];
-  double start, scale;
-
-  double t(float s) const { return (start + s) * scale; }
-  float s(double t) const { return static_cast<float>(t / scale - start); }
-};
-
-// False where the line passes the operands by.
-inline bool enter_filter(const Frame& frame, const Ray& ray, FilterLine& out, bool& far) {
-  Vec3 origin = frame.to_frame(ray.origin);
-  double largest = max_abs(ray.direction);
-  if (!(largest >= 0x1p-1000 && largest <= 0x1p1000)) return false;
-  double normalise = power_below_reciprocal(largest);
-  Vec3 direction = ray.direction * normalise;
-  out.scale = frame.scale * normalise;
-  out.start = -glm::dot(origin, direction) / glm::dot(direction, direction);
-  Vec3 nearest = origin + out.start * direction;
-  if (!(glm::dot(nearest, nearest) <= 4.0)) return false;
-  far = !(max_abs(origin) <= kFarthest);
-  for (int i = 0; i < 3; ++i) {
-    out.origin[i] = static_cast<float>(nearest[i]);
-    out.direction[i] = static_cast<float>(direction[i]);
-  }
-  return true;
-}
-
 // Narrows s_min .. s_max to where the line is in the box.
-inline void clip_to_box(const FrameBox& box, const FilterLine& line, float& s_min, float& s_max) {
+inline void clip_to_box(const FrameBox& box, const FloatLine& line, float& s_min, float& s_max) {
   for (int i = 0; i < 3; ++i) {
-    float d = line.direction[i];
-    float per = 1.0f / (std::fabs(d) < 0x1p-40f ? std::copysign(0x1p-40f, d) : d);
+    float per = line.reciprocal[i];
     float a = (box.lo[i] - line.origin[i]) * per, b = (box.hi[i] - line.origin[i]) * per;
     s_min = std::max(s_min, std::min(a, b));
     s_max = std::min(s_max, std::max(a, b));
@@ -62,8 +32,8 @@ struct Ends {
   Float8 in[2], out[2];
 };
 
-// False where the line meets none of them.
-inline bool ends_of(const CsgFilter::Batch& batch, const FilterLine& line, Ends& ends) {
+// False where the line meets none of the balls.
+inline bool meet_balls(const CsgFilter::Batch& batch, const FloatLine& line, Ends& ends) {
   Float8 o[3], d[3], a = all(0.0f), b = all(0.0f);
   for (int i = 0; i < 3; ++i) o[i] = line.origin[i] - batch.centre[i];
   if (batch.even) {
@@ -97,31 +67,35 @@ inline bool ends_of(const CsgFilter::Batch& batch, const FilterLine& line, Ends&
   ends.out[0] = outside ? -none : middle + wide_half;
   ends.in[1] = grazing ? none : middle - narrow_half;
   ends.out[1] = grazing ? -none : middle + narrow_half;
-  for (int i = 0; i < batch.slab_count; ++i) {
-    const CsgFilter::Slab& slab = batch.slabs[i];
-    const auto& n = slab.normal;
-    Float8 at = fma(n[0], all(line.origin[0]), fma(n[1], all(line.origin[1]), n[2] * line.origin[2]));
-    Float8 along_n = fma(n[0], all(line.direction[0]), fma(n[1], all(line.direction[1]), n[2] * line.direction[2]));
-    Mask8 level = (along_n < 1e-20f) & (along_n > -1e-20f);
-    Float8 per = 1.0f / (level ? all(1e-20f) : along_n);
-    for (int k = 0; k < 2; ++k) {
-      Float8 low = (slab.low[k] - at) * per, high = (slab.high[k] - at) * per;
-      ends.in[k] = max(ends.in[k], min(low, high));
-      ends.out[k] = min(ends.out[k], max(low, high));
-    }
-  }
   return true;
 }
 
-inline uint32_t boxes_met(const CsgFilter::Boxes& boxes, const FilterLine& line, const Float8 reciprocal[3], float s_min,
-                          float s_max) {
-  Float8 from = all(s_min), to = all(s_max);
-  for (int i = 0; i < 3; ++i) {
-    Float8 a = (boxes.lo[i] - line.origin[i]) * reciprocal[i], b = (boxes.hi[i] - line.origin[i]) * reciprocal[i];
-    from = max(from, min(a, b));
-    to = min(to, max(a, b));
+inline void cut_by_slab(const CsgFilter::Slab& slab, const FloatLine& line, Ends& ends) {
+  const auto& n = slab.normal;
+  Float8 at = fma(n[0], all(line.origin[0]), fma(n[1], all(line.origin[1]), n[2] * line.origin[2]));
+  Float8 along = fma(n[0], all(line.direction[0]), fma(n[1], all(line.direction[1]), n[2] * line.direction[2]));
+  Mask8 level = (along < 1e-20f) & (along > -1e-20f);
+  Float8 per = 1.0f / (level ? all(1e-20f) : along);
+  for (int k = 0; k < 2; ++k) {
+    Float8 low = (slab.low[k] - at) * per, high = (slab.high[k] - at) * per;
+    ends.in[k] = max(ends.in[k], min(low, high));
+    ends.out[k] = min(ends.out[k], max(low, high));
   }
-  return bits(from <= to);
+}
+
+// False where the line meets none of the batch.
+inline bool ends_of(const CsgFilter::Batch& batch, const FloatLine& line, Ends& ends) {
+  if (batch.balls) {
+    if (!meet_balls(batch, line, ends)) return false;
+  } else {
+    const Float8 none = all(kNowhere);
+    ends.in[0] = -none;
+    ends.out[0] = none;
+    ends.in[1] = batch.rough ? none : -none;
+    ends.out[1] = batch.rough ? -none : none;
+  }
+  for (int i = 0; i < batch.slab_count; ++i) cut_by_slab(batch.slabs[i], line, ends);
+  return true;
 }
 
 }  // namespace tilecast

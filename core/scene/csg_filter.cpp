@@ -30,6 +30,7 @@ void set_slab(Batch& batch, int lane, int number, const Vec3& row, const Vec3& c
 }
 
 void set_ball(Batch& batch, int lane, const Vec3 rows[3], const Vec3& centre) {
+  batch.balls = true;
   double stretch = 0.0;
   for (int i = 0; i < 3; ++i) {
     stretch += glm::dot(rows[i], rows[i]);
@@ -116,14 +117,8 @@ CsgFilter make_filter(const Csg& csg, const Scene& scene) {
           batch.even &= batch.map[i][j][lane] == (i == j ? batch.map[0][0][lane] : 0.0f);
     if (order.size() > 2 * kLanes) {
       const size_t number = out.batches.size();
-      if (number % kLanes == 0) {
-        out.boxes.emplace_back();
-        for (int i = 0; i < 3; ++i) out.boxes.back().lo[i] = all(kNowhere), out.boxes.back().hi[i] = all(kNowhere);
-      }
-      for (int i = 0; i < 3; ++i) {
-        out.boxes.back().lo[i][number % kLanes] = around.lo[i] - static_cast<float>(kRoom);
-        out.boxes.back().hi[i][number % kLanes] = around.hi[i] + static_cast<float>(kRoom);
-      }
+      if (number % kLanes == 0) out.boxes.emplace_back();
+      out.boxes.back().set(number % kLanes, around);
     }
     out.batches.push_back(batch);
   }

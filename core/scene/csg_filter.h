@@ -13,8 +13,7 @@
 
 #include <vector>
 
-#include "accel/frame_box.h"
-#include "base/lanes.h"
+#include "scene/float_line.h"
 
 namespace tilecast {
 
@@ -34,16 +33,14 @@ struct CsgFilter {
     Float8 radius2[2];            // grown, shrunk
     Slab slabs[3];
     int slab_count;
-    bool even;  // the maps scale alone, in all directions alike
+    bool balls;  // there are any
+    bool even;   // the maps scale alone, in all directions alike
     Mask8 rough;  // operands of which this is but a bound: never inside for sure
     uint32_t operand[kLanes];
     int count;
   };
-  struct Boxes {
-    Float8 lo[3], hi[3];
-  };
   std::vector<Batch> batches;
-  std::vector<Boxes> boxes;  // of the batches, eight at a time
+  std::vector<BoxLanes> boxes;  // of the batches, eight at a time
   FrameBox result_box;
   // Of a single batch: whether a point is inside the result, by the lanes that it is inside of.
   bool inside[1 << kLanes] = {};

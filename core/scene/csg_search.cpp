@@ -27,7 +27,7 @@ bool solve_hit(const Scene& scene, const Csg& csg, const Ray& ray, uint64_t base
 // The search among at most eight operands, all of their states in the bits of one number. `Unsure` where an operand
 // needs to be solved before the order is known.
 Filtered search_few(const Scene& scene, const Csg& csg, const Ray& ray, double t_min, double t_max,
-                    const FilterLine& line, float s_min, float s_max, uint64_t base, bool any, Crossing& out) {
+                    const FloatLine& line, float s_min, float s_max, uint64_t base, bool any, Crossing& out) {
   const CsgFilter::Batch& batch = csg.filter.batches[0];
   Ends ends;
   if (!ends_of(batch, line, ends)) return Filtered::Nothing;
@@ -88,10 +88,10 @@ class Search {
     for (size_t i = 0; i < csg.nodes.size(); ++i) inside_[i] = 0, first_inside_[i] = 0;
   }
 
-  Filtered run(const FilterLine& line, float s_min, float s_max, uint64_t base, bool any, Crossing& out);
+  Filtered run(const FloatLine& line, float s_min, float s_max, uint64_t base, bool any, Crossing& out);
 
  private:
-  bool gather(const FilterLine& line, float s_min, float s_max);
+  bool gather(const FloatLine& line, float s_min, float s_max);
   bool add(const Event& event);
   int solve(uint32_t operand, SolidCrossing list[kMaxSolidCrossings]) const;
   bool refine(uint32_t operand);
@@ -138,7 +138,7 @@ bool Search::refine(uint32_t operand) {
 }
 
 // The events of all operands; false where there are too many.
-bool Search::gather(const FilterLine& line, float s_min, float s_max) {
+bool Search::gather(const FloatLine& line, float s_min, float s_max) {
   const CsgFilter& filter = csg_.filter;
   auto look_at = [&](const CsgFilter::Batch& batch) {
     Ends ends;
@@ -169,18 +169,14 @@ bool Search::gather(const FilterLine& line, float s_min, float s_max) {
       if (!look_at(batch)) return false;
     return true;
   }
-  Float8 reciprocal[3];
-  for (int i = 0; i < 3; ++i) {
-    float d = line.direction[i];
-    reciprocal[i] = all(1.0f / (std::fabs(d) < 0x1p-40f ? std::copysign(0x1p-40f, d) : d));
-  }
+  Float8 from;
   for (size_t group = 0; group < filter.boxes.size(); ++group)
-    for (uint32_t met = boxes_met(filter.boxes[group], line, reciprocal, s_min, s_max); met != 0; met &= met - 1)
+    for (uint32_t met = bits(meets(filter.boxes[group], line, s_min, s_max, from)); met != 0; met &= met - 1)
       if (!look_at(filter.batches[group * kLanes + std::countr_zero(met)])) return false;
   return true;
 }
 
-Filtered Search::run(const FilterLine& line, float s_min, float s_max, uint64_t base, bool any, Crossing& out) {
+Filtered Search::run(const FloatLine& line, float s_min, float s_max, uint64_t base, bool any, Crossing& out) {
   low_ = line.t(s_min);
   high_ = line.t(s_max);
   if (!gather(line, s_min, s_max)) return Filtered::Unsure;
@@ -231,10 +227,9 @@ Filtered Search::run(const FilterLine& line, float s_min, float s_max, uint64_t 
 Filtered first_crossing(const Scene& scene, const Csg& csg, const Ray& ray, double t_min, double t_max, uint64_t base,
                         bool any, Crossing& out) {
   TILECAST_COUNT(csg);
-  FilterLine line;
-  bool far;
-  if (!enter_filter(csg.assembly.frame, ray, line, far)) return Filtered::Nothing;
-  if (far) return Filtered::Unsure;
+  FloatLine line;
+  if (!enter_line(csg.assembly.frame, ray, line)) return Filtered::Nothing;
+  if (!(line.farthest <= kFarthest)) return Filtered::Unsure;
   float s_min = line.s(t_min) - static_cast<float>(kRoom), s_max = line.s(t_max) + static_cast<float>(kRoom);
   clip_to_box(csg.filter.result_box, line, s_min, s_max);
   if (!(s_min <= s_max)) return Filtered::Nothing;

@@ -45,6 +45,7 @@ struct Assembly {
   std::vector<uint64_t> first_primitive;  // of each instance
   Frame frame;
   Accelerator accelerator;
+  BoxLanes few;  // where there are at most kLanes instances, their boxes: looked at together, without the accelerator
   Box bounds;
 
   static Assembly build(std::vector<Instance> instances, const std::vector<Object>& objects,

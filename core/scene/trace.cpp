@@ -29,11 +29,37 @@ bool enter_boxes(const Frame& frame, const Ray& ray, FrameRay& out) {
   return true;
 }
 
+// The same for at most kLanes instances, near ones first; by other means than the accelerators', to the same end.
+template <class Visit>
+bool visit_few(const Assembly& assembly, const Ray& ray, const double& t_max, Visit&& visit) {
+  FloatLine line;
+  if (!enter_line(assembly.frame, ray, line)) return false;
+  const float room = static_cast<float>(kRoom + std::fabs(line.start) * 0x1p-50);
+  auto last = [&](double t) {
+    float s = line.s(t);
+    return s + std::fabs(s) * 0x1p-22f + room;
+  };
+  const float first = line.s(ray.t_min);
+  Float8 from;
+  Mask8 met = meets(assembly.few, line, first - std::fabs(first) * 0x1p-22f - room, last(t_max), from);
+  met &= kLaneNumbers < static_cast<int>(assembly.instances.size());
+  from = met ? from : all(kMissed);
+  for (;;) {
+    const float next = least(from);
+    if (next == kMissed || next > last(t_max)) return false;
+    const int lane = std::countr_zero(bits(from == next));
+    from = kLaneNumbers == lane ? all(kMissed) : from;
+    if (visit(static_cast<uint32_t>(lane), assembly.instances[lane].local(ray))) return true;
+  }
+}
+
 // Visits the instances whose boxes the ray meets before t_max; visit(instance index, ray in its space) may lower t_max
 // and ends the visit by returning true.
 template <class Cost, class Visit>
 bool visit_instances(const Assembly& assembly, const Ray& ray, const double& t_max, Cost& cost, Visit&& visit) {
   TILECAST_COUNT(group);
+  if constexpr (std::is_same_v<Cost, NoCost>)
+    if (assembly.instances.size() <= kLanes) return visit_few(assembly, ray, t_max, visit);
   FrameRay local;
   if (!enter_boxes(assembly.frame, ray, local)) return false;
   float s_max = local.s_above(t_max);

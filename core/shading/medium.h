@@ -10,6 +10,14 @@ class Media {
  public:
   static constexpr int kMost = 16;
 
+  Media() = default;
+  Media(const Media& other) { *this = other; }
+  Media& operator=(const Media& other) {  // no more than there is: rays carry it along
+    count_ = other.count_;
+    for (int i = 0; i < count_; ++i) stack_[i] = other.stack_[i];
+    return *this;
+  }
+
   const Material* current() const { return count_ > 0 ? stack_[count_ - 1] : nullptr; }
   double ior() const { return count_ > 0 ? current()->ior : 1.0; }
 

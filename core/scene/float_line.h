@@ -1,0 +1,67 @@
+// A line rounded to float in a frame, and boxes that it is tested against eight at a time.
+//
+// Boxes are padded by kRoom beside kBoxPadding: what float loses here is far less.
+#pragma once
+
+#include "accel/frame_box.h"
+#include "base/lanes.h"
+
+namespace tilecast {
+
+inline constexpr double kRoom = 0x1p-12;  // frame units: what is nearer to an end of the range is not left out
+inline constexpr float kNowhere = 1e30f;
+
+// t of the ray = (start + s) * scale; s counts from the point closest to the frame's centre.
+struct FloatLine {
+  float origin[3], direction[3], reciprocal[3];
+  double start, scale, per_t;  // scale = 1 / per_t, powers of two
+  double farthest;             // the origin of the ray, frame units
+
+  double t(float s) const { return (start + s) * scale; }
+  float s(double t) const { return static_cast<float>(t * per_t - start); }
+};
+
+// False where the line passes the frame's content by, or is not finite.
+inline bool enter_line(const Frame& frame, const Ray& ray, FloatLine& out) {
+  Vec3 origin = frame.to_frame(ray.origin);
+  double largest = max_abs(ray.direction);
+  if (!(largest >= 0x1p-1000 && largest <= 0x1p1000)) return false;
+  double normalise = power_below_reciprocal(largest);
+  Vec3 direction = ray.direction * normalise;
+  out.scale = frame.scale * normalise;
+  out.per_t = 1.0 / out.scale;
+  out.start = -glm::dot(origin, direction) / glm::dot(direction, direction);
+  out.farthest = max_abs(origin);
+  Vec3 nearest = origin + out.start * direction;
+  // Content lies within sqrt(3) of the centre; !(<=) also catches NaN.
+  if (!(glm::dot(nearest, nearest) <= 4.0)) return false;
+  for (int i = 0; i < 3; ++i) {
+    out.origin[i] = static_cast<float>(nearest[i]);
+    float d = out.direction[i] = static_cast<float>(direction[i]);
+    out.reciprocal[i] = 1.0f / (std::fabs(d) < 0x1p-40f ? std::copysign(0x1p-40f, d) : d);
+  }
+  return true;
+}
+
+struct BoxLanes {
+  Float8 lo[3] = {all(kNowhere), all(kNowhere), all(kNowhere)}, hi[3] = {all(kNowhere), all(kNowhere), all(kNowhere)};
+
+  void set(int lane, const FrameBox& box) {
+    FrameBox padded = box.padded(static_cast<float>(kRoom));
+    for (int i = 0; i < 3; ++i) lo[i][lane] = padded.lo[i], hi[i][lane] = padded.hi[i];
+  }
+};
+
+// Which boxes the line meets in s_min .. s_max; `from`: where it enters each of them.
+inline Mask8 meets(const BoxLanes& boxes, const FloatLine& line, float s_min, float s_max, Float8& from) {
+  Float8 to = all(s_max);
+  from = all(s_min);
+  for (int i = 0; i < 3; ++i) {
+    Float8 a = (boxes.lo[i] - line.origin[i]) * line.reciprocal[i], b = (boxes.hi[i] - line.origin[i]) * line.reciprocal[i];
+    from = max(from, min(a, b));
+    to = min(to, max(a, b));
+  }
+  return from <= to;
+}
+
+}  // namespace tilecast
