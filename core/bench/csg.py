@@ -3,12 +3,13 @@
     .venv/bin/python core/bench/csg.py [--runs 7] [--json out/csg.json] [--keep out/csg]
 
 Seconds are those of tracing alone: POV-Ray's "Trace Time", and `seconds.render` of tilecast.render, which is what
-`tilecast render` calls. Neither holds parsing or building. Both take one ray through each pixel's area or middle, follow
-10 levels, drop branches below 1e-5 and shoot a shadow ray from every diffuse point that faces the light.
+`tilecast render` calls. Neither holds parsing or building. Both take one ray a pixel (POV-Ray through its middle,
+tilecast anywhere in it), follow 10 levels, drop branches below 1e-5 and shoot a shadow ray from every diffuse point that
+faces the light.
 
-Rays: POV-Ray's "Rays" (camera, reflected, refracted) + "Shadow Ray Tests"; tilecast's camera + bounce + shadow. A shadow
-ray through glass is one for each stretch in tilecast, and one as a whole in POV-Ray, and what is cut off as too faint is
-not counted the same; so beside the ratio of rays a second stands that of plain seconds for the same picture.
+Rays: POV-Ray's "Rays" (camera, reflected, refracted) + "Shadow Ray Tests"; tilecast's camera + bounce + shadow. Shadow
+rays through glass and branches that are cut off as too faint are not counted alike, so beside the ratio of rays a second
+stands that of plain seconds for the same picture.
 """
 
 from __future__ import annotations
@@ -131,8 +132,8 @@ def povray_scene(case: Case) -> str:
 
 def run_povray(source: Path, image: Path) -> tuple[int, float]:
     """(rays, seconds)"""
-    done = subprocess.run(["povray", f"+I{source}", f"+O{image}", f"+W{WIDTH}", f"+H{HEIGHT}", "-A", "+WT1", "-D", "+FN"],
-                          capture_output=True, text=True)
+    command = ["povray", f"+I{source}", f"+O{image}", f"+W{WIDTH}", f"+H{HEIGHT}", "-A", "+WT1", "-D", "+FN"]
+    done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode != 0:
         raise SystemExit(f"povray failed on {source}:\n{done.stderr[-2000:]}")
 
@@ -189,7 +190,8 @@ def main() -> None:
     if not shutil.which("povray"):
         print("povray is not installed (Debian: apt install povray): no ratios")
     rows = []
-    print(f"{'scene':30}{'renderer':10}{'rays':>11}{'seconds':>9}{'M rays/s':>10}{'rays/s':>9}{'seconds':>9}{'differ':>8}")
+    print(f"{'scene':30}{'renderer':10}{'rays':>11}{'seconds':>9}{'M rays/s':>10}"
+          f"{'rays/s':>9}{'seconds':>9}{'differ':>8}")
     with tempfile.TemporaryDirectory() as scratch:
         folder = arguments.keep or Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)

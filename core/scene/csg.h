@@ -9,6 +9,8 @@
 // first crossing is known before what lies behind it was looked at. What lies outside of the result's own bounds or of
 // the ray's range is not looked at at all; closed operands that end before the range leave their counters at zero.
 //
+// This walk takes all that scene/csg_filter.h leaves open, and whole lines.
+//
 // Crossings whose distance is within the sum of their error bounds are one event: states are compared before and after
 // all of them. So coincident faces leave no sliver: a union loses the wall between its parts, a difference with a flush
 // face loses that face. Where several operands could give the surface, the first in the order of the scene does.

@@ -33,8 +33,8 @@ struct CsgFilter {
     Float8 radius2[2];            // grown, shrunk
     Slab slabs[3];
     int slab_count;
-    bool balls;  // there are any
-    bool even;   // the maps scale alone, in all directions alike
+    bool balls;   // there are any
+    bool even;    // the maps scale alone, in all directions alike
     Mask8 rough;  // operands of which this is but a bound: never inside for sure
     uint32_t operand[kLanes];
     int count;

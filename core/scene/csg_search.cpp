@@ -1,3 +1,4 @@
+// The search among the bounds that scene/csg_ends.h gives.
 #include "base/counters.h"
 #include "scene/csg_ends.h"
 
@@ -93,7 +94,6 @@ class Search {
  private:
   bool gather(const FloatLine& line, float s_min, float s_max);
   bool add(const Event& event);
-  int solve(uint32_t operand, SolidCrossing list[kMaxSolidCrossings]) const;
   bool refine(uint32_t operand);
   CsgState state() { return {inside_, first_inside_}; }
 
@@ -119,14 +119,10 @@ bool Search::add(const Event& event) {
   return true;
 }
 
-int Search::solve(uint32_t operand, SolidCrossing list[kMaxSolidCrossings]) const {
-  return operand_crossings(scene_, csg_, operand, ray_, list);
-}
-
 // Puts the exact crossings of an operand in the place of their bounds; false where they do not fit.
 bool Search::refine(uint32_t operand) {
   SolidCrossing list[kMaxSolidCrossings];
-  if (solve(operand, list) != 2) return false;
+  if (operand_crossings(scene_, csg_, operand, ray_, list) != 2) return false;
   for (int i = 0; i < count_; ++i) {
     Event& event = events_[i];
     if (event.operand != operand) continue;
@@ -156,7 +152,7 @@ bool Search::gather(const FloatLine& line, float s_min, float s_max) {
         continue;
       }
       SolidCrossing list[kMaxSolidCrossings];
-      const int found = solve(operand, list);
+      const int found = operand_crossings(scene_, csg_, operand, ray_, list);
       for (int i = 0; i < found; ++i)
         if (!add({list[i].t - list[i].error, list[i].t + list[i].error, list[i].t, operand,
                   static_cast<int16_t>(list[i].face), static_cast<uint8_t>(i), list[i].entering, true}))

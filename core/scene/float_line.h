@@ -57,7 +57,8 @@ inline Mask8 meets(const BoxLanes& boxes, const FloatLine& line, float s_min, fl
   Float8 to = all(s_max);
   from = all(s_min);
   for (int i = 0; i < 3; ++i) {
-    Float8 a = (boxes.lo[i] - line.origin[i]) * line.reciprocal[i], b = (boxes.hi[i] - line.origin[i]) * line.reciprocal[i];
+    Float8 a = (boxes.lo[i] - line.origin[i]) * line.reciprocal[i];
+    Float8 b = (boxes.hi[i] - line.origin[i]) * line.reciprocal[i];
     from = max(from, min(a, b));
     to = min(to, max(a, b));
   }

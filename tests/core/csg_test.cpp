@@ -122,7 +122,8 @@ uint32_t random_tree(SceneBuilder& builder, std::mt19937_64& random, int operand
     const Solid solids[] = {Sphere{0.8}, Block{Vec3(-0.7), Vec3(0.7)}, Cylinder{0.5, 1.4}, Cone{0.8, 0.0, 1.4},
                             Capsule{0.5, 0.6}, Torus{0.7, 0.2}, RoundedBlock{Vec3(-0.7), Vec3(0.7), 0.2},
                             random_quadric(random, 0.7), Sphere{1e-7}, Cylinder{0.5, 1e-9}};
-    uint32_t object = share > 1 ? random_tree(builder, random, share) : builder.add_solid(solids[random() % std::size(solids)]);
+    uint32_t object = share > 1 ? random_tree(builder, random, share)
+                                : builder.add_solid(solids[random() % std::size(solids)]);
     if (i > 0 && operation != CsgOperation::Union && share == 1 && random() % 8 == 0)
       object = builder.add_solid(Halfspace::of(random_direction(random), 0.1));
     Affine place = random_affine(random);
