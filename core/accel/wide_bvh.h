@@ -38,8 +38,11 @@ class WideBvh {
   static constexpr int kMaxDepth = Bvh::kMaxDepth;
   static constexpr int kStackSize = kMaxDepth * (WideNode::kWidth - 1) + 2 * WideNode::kWidth;
 
-  // `order`: the faces in the order of the hierarchy's leaves.
-  static WideBvh fold(const Bvh& bvh, const std::vector<uint32_t>& order, const Mesh& mesh);
+  // `order`: the faces in the order of the hierarchy's leaves. The same for any number of threads.
+  static WideBvh fold(const Bvh& bvh, const std::vector<uint32_t>& order, const Mesh& mesh, int threads = 1);
+
+  // Nodes and blocks that a line through the root is expected to meet once the hierarchy is folded.
+  static double folded_cost(const Bvh& bvh, int threads = 1);
 
   const std::vector<WideNode>& nodes() const { return nodes_; }
   const std::vector<TriangleBlock>& blocks() const { return blocks_; }
