@@ -2,6 +2,7 @@
 
 #include <chrono>
 
+#include "accel/wide_bvh.h"
 #include "base/error.h"
 
 namespace tilecast {
@@ -52,6 +53,7 @@ Accelerator Accelerator::build(const AcceleratorChoice& choice, const PrimitiveS
   auto start = std::chrono::steady_clock::now();
   choice.check();
   const size_t count = primitives.size();
+  const uint32_t together = primitives.tested_together();
   if (count > (1u << 30)) throw Error("more than 2^30 primitives in one object");
   std::string kind = choice.kind;
   if (count == 0) kind = "none";
@@ -63,19 +65,23 @@ Accelerator Accelerator::build(const AcceleratorChoice& choice, const PrimitiveS
   if (kind == "none") {
     out.structure_ = BruteForce::build(primitives, out.order_);
   } else if (kind == "auto" || kind == "bvh") {
-    Bvh bvh = Bvh::build(primitives, grouping_of(choice.grouping), out.order_);
+    Bvh bvh = Bvh::build(primitives, grouping_of(choice.grouping), out.order_, choice.threads);
     if (choice.reinsertion) bvh.optimise_by_reinsertion();
     if (kind == "auto") {
       kind = "bvh";
-      const double cost = bvh.expected_cost(primitives.test_cost);
-      if (count <= kFew && !primitives.mesh) {  // eight triangles are tested at once: there is nothing to go without
+      // What is traced: of a mesh, the hierarchy that is folded.
+      auto cost_of = [&](const Bvh& some) {
+        return primitives.mesh ? WideBvh::folded_cost(some, choice.threads) : some.expected_cost(primitives.test_cost);
+      };
+      if (count <= kFew && !primitives.mesh) {  // of triangles eight are tested at once: there is nothing to spare
         Accelerator all = build("none", primitives);
-        if (all.stats_.cost < cost) return all;
+        if (all.stats_.cost < cost_of(bvh)) return all;
       }
-      if (bvh.overlap_cost(primitives.test_cost) > kOverlap * cost) {
+      if (bvh.overlap_cost(primitives.test_cost, together) >
+          kOverlap * bvh.expected_cost(primitives.test_cost, together)) {
         std::vector<uint32_t> order;
         Bvh split = spatial_splits(order);
-        if (split.expected_cost(primitives.test_cost) < kSpatialSplitGain * cost) {
+        if (cost_of(split) < kSpatialSplitGain * cost_of(bvh)) {
           kind = "sbvh";
           out.order_ = std::move(order);
           bvh = std::move(split);

@@ -21,6 +21,7 @@ struct AcceleratorChoice {
   std::string kind = "auto";
   std::string grouping = "sah";  // what a bvh groups: sah, sah-sweep, median, middle or morton
   bool reinsertion = false;      // optimises a bvh after it is built
+  int threads = 1;               // that build a bvh by sah; the tree does not depend on them
 
   AcceleratorChoice() = default;
   AcceleratorChoice(std::string_view name) : kind(name) {}

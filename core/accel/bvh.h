@@ -1,7 +1,7 @@
 // A bounding volume hierarchy over float boxes in a frame, two children a node.
 //
-// The builders differ in what they group (accel/bvh_build.cpp, accel/spatial_splits.cpp) and may be followed by an
-// optimisation (accel/reinsertion.cpp). All bound the depth, so the traversal's stack is fixed.
+// The builders differ in what they group (accel/binned_build.cpp, accel/bvh_build.cpp, accel/spatial_splits.cpp) and may
+// be followed by an optimisation (accel/reinsertion.cpp). All bound the depth, so the traversal's stack is fixed.
 #pragma once
 
 #include <vector>
@@ -32,10 +32,12 @@ class Bvh {
   };
   static constexpr int kMaxDepth = 72;
   static constexpr int kGroupingDepth = 38;  // nodes below are halved by index: at most 32 levels more
-  static constexpr uint32_t kLeafSize = 4;   // at most
+  static constexpr uint32_t kLeafSize = 4;   // at most; of triangles that Sah groups: kTriangleBlock
 
-  // `order` receives the primitives in the order of the leaves.
-  static Bvh build(const PrimitiveSet& primitives, Grouping grouping, std::vector<uint32_t>& order);
+  // `order` receives the primitives in the order of the leaves. Sah builds on several threads; the tree is the same for
+  // any number of them.
+  static Bvh build(const PrimitiveSet& primitives, Grouping grouping, std::vector<uint32_t>& order,
+                   int threads = 1);
   // With objects in more than one box; `order` has at most `most_references` entries.
   static Bvh build_with_spatial_splits(const PrimitiveSet& primitives, size_t most_references,
                                        std::vector<uint32_t>& order);
@@ -45,10 +47,10 @@ class Bvh {
   const std::vector<Node>& nodes() const { return nodes_; }
   size_t node_count() const { return nodes_.size(); }
   uint64_t bytes() const { return nodes_.size() * sizeof(Node); }
-  // Steps and tests (at test_cost) that a line through the root is expected to cost.
-  double expected_cost(float test_cost) const;
+  // Steps and tests (at test_cost, of so many primitives at once) that a line through the root is expected to cost.
+  double expected_cost(float test_cost, uint32_t together = 1) const;
   // Of it, what is spent where siblings' boxes overlap: about what spatial splits may save.
-  double overlap_cost(float test_cost) const;
+  double overlap_cost(float test_cost, uint32_t together = 1) const;
 
   // Calls leaf(first, count) for every leaf whose box meets the ray in [s_min, s_max], near ones first; the leaf may
   // lower s_max, and ends the traversal by returning true. Only strictly farther boxes are culled.
@@ -123,6 +125,10 @@ class Bvh {
   }
 
  private:
+  static Bvh build_binned(const PrimitiveSet& primitives, std::vector<uint32_t>& order, int threads);
+  static double step_cost(const Node& node, float test_cost, uint32_t together) {  // of having met it
+    return node.count > 0 ? test_cost * ((node.count + together - 1) / together) : 2.0;
+  }
   int depth() const;
 
   std::vector<Node> nodes_;

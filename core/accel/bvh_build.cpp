@@ -1,4 +1,4 @@
-// Top-down building: one loop, and five ways to part a node's primitives.
+// Top-down building: one loop, and four ways to part a node's primitives.
 //
 // The depth is bounded: beyond Bvh::kGroupingDepth nodes are halved by index, which also parts boxes that nothing tells
 // apart.
@@ -28,18 +28,6 @@ auto by_centre(const PrimitiveSet& primitives, int axis) {
     float ca = primitives.boxes[a].centre(axis), cb = primitives.boxes[b].centre(axis);
     return ca < cb || (ca == cb && a < b);
   };
-}
-
-uint32_t part_by_bins(const PrimitiveSet& primitives, Items items, const FrameBox& bounds) {
-  auto box_of = boxes_of(primitives);
-  Bins bins(items, box_of);
-  ObjectSplit split = bins.best_split(items, box_of, bounds.half_area(), primitives.test_cost);
-  if (items.size() <= kLeafSize && !(split.cost < primitives.test_cost * items.size())) return 0;
-  if (split.axis < 0) return halve(items);
-  auto middle = std::partition(items.begin(), items.end(), [&](uint32_t item) {
-    return bins.bin(primitives.boxes[item], split.axis) < split.bin;
-  });
-  return static_cast<uint32_t>(middle - items.begin());
 }
 
 uint32_t part_by_sweep(const PrimitiveSet& primitives, Items items, const FrameBox& bounds) {
@@ -124,14 +112,15 @@ uint32_t part_along_curve(const std::vector<uint64_t>& codes, Items items) {
 
 }  // namespace
 
-Bvh Bvh::build(const PrimitiveSet& primitives, Grouping grouping, std::vector<uint32_t>& order) {
+Bvh Bvh::build(const PrimitiveSet& primitives, Grouping grouping, std::vector<uint32_t>& order,
+               int threads) {
+  if (grouping == Grouping::Sah) return build_binned(primitives, order, threads);
   order.resize(primitives.size());
   std::iota(order.begin(), order.end(), 0u);
   std::vector<uint64_t> codes;
   if (grouping == Grouping::Morton) codes = sort_along_curve(primitives, order);
   auto part = [&](Items items, const FrameBox& bounds) {
     switch (grouping) {
-      case Grouping::Sah: return part_by_bins(primitives, items, bounds);
       case Grouping::SahSweep: return part_by_sweep(primitives, items, bounds);
       case Grouping::Median: return part_at_median(primitives, items);
       case Grouping::Middle: return part_at_middle(primitives, items);
@@ -176,19 +165,19 @@ Bvh Bvh::build(const PrimitiveSet& primitives, Grouping grouping, std::vector<ui
   return bvh;
 }
 
-double Bvh::expected_cost(float test_cost) const {
+double Bvh::expected_cost(float test_cost, uint32_t together) const {
   double sum = 0.0;
-  for (const Node& node : nodes_) sum += node.box().half_area() * (node.count > 0 ? test_cost * node.count : 2.0);
+  for (const Node& node : nodes_) sum += node.box().half_area() * step_cost(node, test_cost, together);
   return 1.0 + sum / nodes_[0].box().half_area();
 }
 
-double Bvh::overlap_cost(float test_cost) const {
+double Bvh::overlap_cost(float test_cost, uint32_t together) const {
   double sum = 0.0;
   for (const Node& node : nodes_) {
     if (node.count > 0) continue;
     const Node& other = nodes_[node.first + 1];
     const FrameBox shared = nodes_[node.first].box().intersected(other.box());
-    if (!shared.empty()) sum += shared.half_area() * (other.count > 0 ? test_cost * other.count : 2.0);
+    if (!shared.empty()) sum += shared.half_area() * step_cost(other, test_cost, together);
   }
   return sum / nodes_[0].box().half_area();
 }

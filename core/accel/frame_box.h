@@ -54,12 +54,15 @@ struct FrameBox {
   }
 };
 
+inline constexpr uint32_t kTriangleBlock = 8;  // triangles that are tested together
+
 struct PrimitiveSet {
   std::span<const FrameBox> boxes;  // padded by kBoxPadding
   float test_cost = 1.0f;           // of a primitive, in steps from a node to its child
   const Mesh* mesh = nullptr;       // whose faces they are; otherwise a primitive fills its box
 
   size_t size() const { return boxes.size(); }
+  uint32_t tested_together() const { return mesh ? kTriangleBlock : 1; }
   FrameBox bounds() const {
     FrameBox out;
     for (const FrameBox& box : boxes) out.extend(box);
