@@ -1,23 +1,20 @@
 // Top-down building by the surface area heuristic over bins, in vectors and on several threads.
 //
-// Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", RT 2007; boxes as vectors of minima, and all
-// three axes in one pass, as in Wald, "Fast Construction of SAH BVHs on the Intel Many Integrated Core (MIC)
-// Architecture", TVCG 18(1), 2012. Triangles are counted in blocks, as they are tested.
+// Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", RT 2007. Triangles are counted in blocks, as
+// they are tested.
 //
 // The tree depends on nothing but the boxes: what the threads join are minima and counts, and nodes are numbered by
 // where they are in the tree.
 #include <array>
-#include <memory>
 
-#include "accel/build_item.h"
+#include "accel/build_bins.h"
 #include "accel/bvh.h"
+#include "base/large_array.h"
 #include "base/parallel.h"
 
 namespace tilecast {
 namespace {
 
-constexpr int kMostBins = 32;
-constexpr uint32_t kMany = 1000, kFew = 8;  // items: more take all bins, not more a quarter of them, others half
 constexpr uint32_t kAlone = 1 << 12;    // a subtree of so many items is built by one thread
 constexpr uint32_t kStretch = 1 << 14;  // of items, that a thread bins
 
@@ -33,128 +30,6 @@ Four cost_in_blocks(Four32 count) {
   return 0.5f * __builtin_convertvector((count + 7) >> 3, Four) + 0.0625f * __builtin_convertvector(count, Four);
 }
 
-struct Range {
-  uint32_t first, count;
-  int depth;
-  Eight bounds, centres;  // joined
-};
-
-class Bins {
- public:
-  explicit Bins(const Range& range)
-      : bins_(range.count > kMany ? kMostBins : range.count > kFew ? kMostBins / 2 : kMostBins / 4) {
-    const Four lo = low_half(range.centres), extent = -(lo + high_half(range.centres));
-    for (int axis = 0; axis < 3; ++axis) {
-      // Less cannot be told apart, and its reciprocal may overflow.
-      const bool flat = !(extent[axis] > 0x1p-80f);
-      lo_[axis] = lo[axis];
-      scale_[axis] = flat ? 0.0f : bins_ * (1.0f - 0x1p-20f) / extent[axis];
-    }
-    for (auto& boxes : boxes_) std::fill_n(boxes, bins_, kNothing);
-    std::fill_n(counts_, bins_, Four32{});
-  }
-
-  void add(const BuildItem* items, uint32_t count) {
-    for (uint32_t i = 0; i < count; ++i) {
-      const BuildItem item = items[i];
-      const Four32 bin = __builtin_convertvector(within((low_half(item.centre()) - lo_) * scale_), Four32);
-      for (int axis = 0; axis < 3; ++axis) {
-        const uint32_t b = static_cast<uint32_t>(bin[axis]);
-        boxes_[axis][b] = least(boxes_[axis][b], item.lanes);
-        ++counts_[b][axis];
-      }
-    }
-  }
-  void add(const Bins& other) {
-    for (int b = 0; b < bins_; ++b) {
-      for (int axis = 0; axis < 3; ++axis) boxes_[axis][b] = least(boxes_[axis][b], other.boxes_[axis][b]);
-      counts_[b] += other.counts_[b];
-    }
-  }
-
-  struct Split {
-    int axis = -1;     // -1: there is none
-    int bin = 0;       // the first of the right side
-    float cost = kFar;  // areas times tests
-  };
-  // tests(counts): what the items cost to test.
-  template <class Tests>
-  Split best_split(Tests&& tests) const {
-    Four right_cost[kMostBins];
-    Eight box[3] = {kNothing, kNothing, kNothing};
-    Four32 count{};
-    auto join = [&](int b) {
-      for (int axis = 0; axis < 3; ++axis) box[axis] = least(box[axis], boxes_[axis][b]);
-      count += counts_[b];
-      return half_areas(box[0], box[1], box[2]) * tests(count);  // NaN where there are none
-    };
-    for (int b = bins_ - 1; b > 0; --b) right_cost[b] = join(b);
-    std::fill_n(box, 3, kNothing);
-    count = Four32{};
-    Four best = {kFar, kFar, kFar, kFar};
-    Four32 best_bin{};
-    for (int b = 1; b < bins_; ++b) {
-      const Four cost = join(b - 1) + right_cost[b];
-      const Four32 better = cost < best;
-      best = better ? cost : best;
-      best_bin = better ? Four32{b, b, b, b} : best_bin;
-    }
-    Split out;
-    for (int axis = 0; axis < 3; ++axis)
-      if (scale_[axis] > 0.0f && best[axis] < out.cost) out = {axis, best_bin[axis], best[axis]};
-    return out;
-  }
-
-  // Moves what lies left of the split to the front; the ranges get all but their depth. Each item trades places with
-  // the first of the right side, wherever it belongs, so that nothing has to be foreseen.
-  void part(BuildItem* items, const Range& range, const Split& split, Range& left, Range& right) const {
-    left.bounds = right.bounds = kNothing;
-    for (int b = 0; b < bins_; ++b) {
-      Eight& bounds = b < split.bin ? left.bounds : right.bounds;
-      bounds = least(bounds, boxes_[split.axis][b]);
-    }
-    const Eight32 lane = Eight32{} + split.axis;
-    const float lo = lo_[split.axis], scale = scale_[split.axis], plane = static_cast<float>(split.bin);
-    BuildItem* middle = items + range.first;
-    Eight left_centres = kNothing, right_centres = kNothing;
-    for (BuildItem *i = middle, *end = i + range.count; i < end; ++i) {
-      const BuildItem item = *i;
-      const Eight centre = item.centre();
-      const Eight32 is_left = (__builtin_shuffle(centre, lane) - lo) * scale < plane;
-      *i = *middle;
-      *middle = item;
-      middle -= is_left[0];
-      left_centres = least(left_centres, is_left ? centre : kNothing);
-      right_centres = least(right_centres, is_left ? kNothing : centre);
-    }
-    left.centres = left_centres, right.centres = right_centres;
-    left.first = range.first;
-    left.count = static_cast<uint32_t>(middle - items) - range.first;
-    right.first = range.first + left.count;
-    right.count = range.count - left.count;
-  }
-
- private:
-  static Four within(Four place) {  // the array; nothing else is expected, but would be written through
-    place = place > 0.0f ? place : Four{};
-    return place < kMostBins - 1.0f ? place : Four{} + (kMostBins - 1.0f);
-  }
-
-  const int bins_;
-  Four lo_{}, scale_{};
-  Eight boxes_[3][kMostBins];
-  Four32 counts_[kMostBins];
-};
-
-// The joined boxes and centres of a range's items.
-void measure(const BuildItem* items, Range& range) {
-  range.bounds = range.centres = kNothing;
-  for (const BuildItem *i = items + range.first, *end = i + range.count; i < end; ++i) {
-    range.bounds = least(range.bounds, i->lanes);
-    range.centres = least(range.centres, i->centre());
-  }
-}
-
 class Builder {
  public:
   using Node = Bvh::Node;
@@ -163,16 +38,16 @@ class Builder {
       : threads_(threads),
         test_cost_(primitives.test_cost),
         in_blocks_(primitives.tested_together() > 1),
-        items_(new BuildItem[primitives.size()]) {
+        items_(primitives.size()) {
     const uint32_t count = static_cast<uint32_t>(primitives.size());
     root_ = {0, count, 0, kNothing, kNothing};
-    std::vector<Range> parts = stretches(root_);
+    std::vector<BuildRange> parts = stretches(root_);
     in_parallel(threads_, parts.size(), [&](size_t i) {
       for (uint32_t k = parts[i].first; k < parts[i].first + parts[i].count; ++k)
         items_[k] = BuildItem::of(primitives.boxes[k], k);
-      measure(items_.get(), parts[i]);
+      measure(items_.data(), parts[i]);
     });
-    for (const Range& part : parts) {
+    for (const BuildRange& part : parts) {
       root_.bounds = least(root_.bounds, part.bounds);
       root_.centres = least(root_.centres, part.centres);
     }
@@ -183,14 +58,14 @@ class Builder {
     std::vector<Node> nodes(1);
     struct Open {
       uint32_t node;
-      Range range;
+      BuildRange range;
     };
     std::vector<Open> level{{0, root_}}, below, alone;
     while (!level.empty()) {
-      std::vector<std::array<Range, 2>> parts(level.size());
+      std::vector<std::array<BuildRange, 2>> parts(level.size());
       std::vector<uint8_t> inner(level.size());
       auto part_one = [&](size_t i, int threads) {
-        const Range& range = level[i].range;
+        const BuildRange& range = level[i].range;
         inner[i] = range.count > kAlone && part(range, threads, parts[i][0], parts[i][1]);
       };
       const bool few = level.size() < 4u * static_cast<unsigned>(threads_);
@@ -237,14 +112,14 @@ class Builder {
   }
 
  private:
-  static std::vector<Range> stretches(const Range& range) {
-    std::vector<Range> out;
+  static std::vector<BuildRange> stretches(const BuildRange& range) {
+    std::vector<BuildRange> out;
     for (uint32_t done = 0; done < range.count; done += kStretch)
       out.push_back({range.first + done, std::min(kStretch, range.count - done), 0, kNothing, kNothing});
     return out;
   }
 
-  static Node node_of(const Range& range, uint32_t first, uint32_t count) {
+  static Node node_of(const BuildRange& range, uint32_t first, uint32_t count) {
     Node node;
     node.set_box(box_of(range.bounds));
     node.first = first;
@@ -252,17 +127,17 @@ class Builder {
     return node;
   }
 
-  Bins bin(const Range& range, int threads) const {
-    Bins bins(range);
+  BuildBins bin(const BuildRange& range, int threads) const {
+    BuildBins bins(range);
     if (threads == 1 || range.count <= 2 * kStretch) {
-      bins.add(items_.get() + range.first, range.count);
+      bins.add(items_.data() + range.first, range.count);
       return bins;
     }
     std::mutex mutex;
-    const std::vector<Range> parts = stretches(range);
+    const std::vector<BuildRange> parts = stretches(range);
     in_parallel(threads, parts.size(), [&](size_t i) {
-      Bins some(range);
-      some.add(items_.get() + parts[i].first, parts[i].count);
+      BuildBins some(range);
+      some.add(items_.data() + parts[i].first, parts[i].count);
       std::lock_guard lock(mutex);
       bins.add(some);
     });
@@ -270,14 +145,14 @@ class Builder {
   }
 
   // False: a leaf.
-  bool part(const Range& range, int threads, Range& left, Range& right) const {
+  bool part(const BuildRange& range, int threads, BuildRange& left, BuildRange& right) {
     const uint32_t most = in_blocks_ ? kTriangleBlock : Bvh::kLeafSize;
     if (range.count <= (in_blocks_ ? kFull : 1u)) return false;
     bool halved = range.depth >= Bvh::kGroupingDepth;
     if (halved && range.count <= most) return false;
     if (!halved) {
-      const Bins bins = bin(range, threads);
-      const Bins::Split split = in_blocks_ ? bins.best_split(cost_in_blocks) : bins.best_split(cost_alone);
+      const BuildBins bins = bin(range, threads);
+      const BuildBins::Split split = in_blocks_ ? bins.best_split(cost_in_blocks) : bins.best_split(cost_alone);
       if (range.count <= most) {
         const float area = box_of(range.bounds).half_area();
         const bool worth = in_blocks_ ? split.cost < kDoubt * area
@@ -285,23 +160,23 @@ class Builder {
         if (!worth) return false;
       }
       halved = split.axis < 0;
-      if (!halved) bins.part(items_.get(), range, split, left, right);
+      if (!halved) bins.part(items_.data(), range, split, left, right);
       halved = halved || left.count == 0 || right.count == 0;
     }
     if (halved) {
       left.first = range.first, left.count = range.count / 2;
       right.first = range.first + left.count, right.count = range.count - left.count;
-      measure(items_.get(), left);
-      measure(items_.get(), right);
+      measure(items_.data(), left);
+      measure(items_.data(), right);
     }
     left.depth = right.depth = range.depth + 1;
     return true;
   }
 
-  std::vector<Node> subtree(const Range& range) const {
+  std::vector<Node> subtree(const BuildRange& range) {
     struct Open {
       uint32_t node;
-      Range range;
+      BuildRange range;
     };
     std::vector<Node> nodes(1);
     nodes.reserve(in_blocks_ ? range.count : 2 * range.count);
@@ -309,7 +184,7 @@ class Builder {
     while (!open.empty()) {
       const Open at = open.back();
       open.pop_back();
-      Range left, right;
+      BuildRange left, right;
       if (!part(at.range, 1, left, right)) {
         nodes[at.node] = node_of(at.range, at.range.first, at.range.count);
         continue;
@@ -320,14 +195,14 @@ class Builder {
       open.push_back({children + 1, right});
       open.push_back({children, left});
     }
-    return nodes;
+    return std::vector<Node>(nodes.begin(), nodes.end());  // without what was reserved
   }
 
   const int threads_;
   const float test_cost_;
   const bool in_blocks_;
-  const std::unique_ptr<BuildItem[]> items_;
-  Range root_;
+  LargeArray<BuildItem> items_;
+  BuildRange root_;
 };
 
 }  // namespace

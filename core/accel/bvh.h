@@ -1,7 +1,7 @@
 // A bounding volume hierarchy over float boxes in a frame, two children a node.
 //
-// The builders differ in what they group (accel/binned_build.cpp, accel/bvh_build.cpp, accel/spatial_splits.cpp) and may
-// be followed by an optimisation (accel/reinsertion.cpp). All bound the depth, so the traversal's stack is fixed.
+// The builders differ in what they group (accel/binned_build.cpp, bvh_build.cpp, spatial_splits.cpp) and may be followed
+// by an optimisation (accel/reinsertion.cpp). All bound the depth, so the traversal's stack is fixed.
 #pragma once
 
 #include <vector>
@@ -12,7 +12,7 @@ namespace tilecast {
 
 // How a node's primitives are parted in two.
 enum class Grouping : uint8_t {
-  Sah,       // surface area heuristic over 16 bins an axis (Wald 2007)
+  Sah,       // surface area heuristic over bins (Wald 2007)
   SahSweep,  // surface area heuristic over every place between two centroids (MacDonald and Booth 1990)
   Median,    // as many on each side (Kay and Kajiya 1986)
   Middle,    // at the middle of the centroids' longest extent

@@ -122,7 +122,7 @@ class Folding {
   }
 
   const std::vector<Bvh::Node>& nodes_;
-  std::vector<Plan> plans_;
+  LargeArray<Plan> plans_;
   float cost_;
 };
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "accel/bvh.h"
+#include "base/large_array.h"
 
 namespace tilecast {
 
@@ -44,14 +45,14 @@ class WideBvh {
   // Nodes and blocks that a line through the root is expected to meet once the hierarchy is folded.
   static double folded_cost(const Bvh& bvh, int threads = 1);
 
-  const std::vector<WideNode>& nodes() const { return nodes_; }
-  const std::vector<TriangleBlock>& blocks() const { return blocks_; }
+  const LargeArray<WideNode>& nodes() const { return nodes_; }
+  const LargeArray<TriangleBlock>& blocks() const { return blocks_; }
   uint32_t root() const { return root_; }  // as a child
   uint64_t bytes() const { return nodes_.size() * sizeof(WideNode) + blocks_.size() * sizeof(TriangleBlock); }
 
  private:
-  std::vector<WideNode> nodes_;
-  std::vector<TriangleBlock> blocks_;
+  LargeArray<WideNode> nodes_;
+  LargeArray<TriangleBlock> blocks_;
   uint32_t root_ = 0;
 };
 

@@ -1,6 +1,9 @@
 // Brute force is the oracle: t, primitive, u and v are the same, bit for bit.
 #include <gtest/gtest.h>
 
+#include <cstring>
+
+#include "accel/wide_bvh.h"
 #include "stress/scenes.h"
 
 namespace tilecast {
@@ -77,6 +80,59 @@ TEST(Accelerators, BuildAMillionIdenticalTriangles) {
   EXPECT_EQ(first, 0u);
   NoCost free;
   EXPECT_EQ(mesh.closest(ray, free).face, 0u);
+}
+
+TEST(Accelerators, BuildTheSameTreeOnAnyNumberOfThreads) {
+  std::mt19937_64 random(5);
+  std::vector<Vec3> vertices;
+  std::vector<glm::uvec3> faces;
+  auto place = [&] { return std::uniform_real_distribution<double>(-1, 1)(random); };
+  for (uint32_t i = 0; i < 60000; ++i) {
+    const double size = i % 100 ? 0.01 : 0.5;
+    const Vec3 at{std::pow(place(), 5), place(), std::floor(4 * place())};  // crowded, even, and in layers
+    for (int k = 0; k < 3; ++k) vertices.push_back(at + size * Vec3(place(), place(), place()));
+    faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  const Mesh mesh = Mesh::build(vertices, faces);
+  std::vector<FrameBox> boxes;
+  for (uint32_t i = 0; i < faces.size(); ++i) {
+    FrameBox box;
+    const Triangle t = mesh.triangle(i);
+    for (const Vec3f& p : {t.a, t.b, t.c})
+      for (int k = 0; k < 3; ++k)
+        box.lo[k] = std::min(box.lo[k], p[k] - kBoxPadding), box.hi[k] = std::max(box.hi[k], p[k] + kBoxPadding);
+    boxes.push_back(box);
+  }
+  PrimitiveSet primitives{boxes, 1.0f, &mesh};
+  std::vector<uint32_t> order, other_order;
+  const Bvh bvh = Bvh::build(primitives, Grouping::Sah, order);
+  const WideBvh wide = WideBvh::fold(bvh, order, mesh);
+  auto same = [](const auto& a, const auto& b) {
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0;
+  };
+  for (int threads : {2, 3, 8}) {
+    const Bvh other = Bvh::build(primitives, Grouping::Sah, other_order, threads);
+    EXPECT_TRUE(same(order, other_order));
+    EXPECT_TRUE(same(bvh.nodes(), other.nodes()));
+    const WideBvh other_wide = WideBvh::fold(other, other_order, mesh, threads);
+    EXPECT_TRUE(same(wide.nodes(), other_wide.nodes()));
+    EXPECT_TRUE(same(wide.blocks(), other_wide.blocks()));
+  }
+  // Every triangle once, and every box around what is below it.
+  std::vector<uint8_t> seen(faces.size());
+  for (const TriangleBlock& block : wide.blocks())
+    for (uint32_t face : block.face)
+      if (face != TriangleBlock::kNone) ++seen[face];
+  EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), static_cast<long>(faces.size()));
+  for (const Bvh::Node& node : bvh.nodes()) {
+    FrameBox below;
+    if (node.count > 0) {
+      for (uint32_t i = 0; i < node.count; ++i) below.extend(boxes[order[node.first + i]]);
+    } else {
+      below = bvh.nodes()[node.first].box().joined(bvh.nodes()[node.first + 1].box());
+    }
+    for (int k = 0; k < 3; ++k) EXPECT_TRUE(node.lo[k] == below.lo[k] && node.hi[k] == below.hi[k]);
+  }
 }
 
 TEST(Scaling, ByAPowerOfTwoScalesTExactly) {
