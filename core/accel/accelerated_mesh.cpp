@@ -1,5 +1,7 @@
 #include "accel/accelerated_mesh.h"
 
+#include <chrono>
+
 namespace tilecast {
 
 AcceleratedMesh::AcceleratedMesh(Mesh mesh, const AcceleratorChoice& choice) : mesh_(std::move(mesh)) {
@@ -19,8 +21,10 @@ AcceleratedMesh::AcceleratedMesh(Mesh mesh, const AcceleratorChoice& choice) : m
   primitives.mesh = &mesh_;
   accelerator_ = Accelerator::build(choice, primitives);
   if (accelerator_.is_hierarchy()) {
-    wide_ = WideBvh::fold(accelerator_.hierarchy(), accelerator_.order(), mesh_);
-    accelerator_.give_way(wide_->nodes().size(), wide_->bytes());
+    const auto start = std::chrono::steady_clock::now();
+    wide_ = WideBvh::fold(accelerator_.hierarchy(), accelerator_.order(), mesh_, choice.threads);
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+    accelerator_.give_way(wide_->nodes().size(), wide_->bytes(), seconds.count());
     return;
   }
   triangles_.reserve(accelerator_.order().size());

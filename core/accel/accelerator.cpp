@@ -116,11 +116,12 @@ Accelerator Accelerator::build(const AcceleratorChoice& choice, const PrimitiveS
   return out;
 }
 
-void Accelerator::give_way(uint64_t nodes, uint64_t bytes) {
+void Accelerator::give_way(uint64_t nodes, uint64_t bytes, double seconds) {
   structure_ = BruteForce();
   order_ = {};
   stats_.nodes = nodes;
   stats_.bytes = bytes;
+  stats_.seconds += seconds;
 }
 
 }  // namespace tilecast

@@ -48,8 +48,8 @@ class Accelerator {
   const AcceleratorStats& stats() const { return stats_; }
   bool is_hierarchy() const { return std::holds_alternative<Bvh>(structure_); }  // a bvh or sbvh
   const Bvh& hierarchy() const { return std::get<Bvh>(structure_); }
-  // Drops the structure for another that was made of it; the statistics tell of that one.
-  void give_way(uint64_t nodes, uint64_t bytes);
+  // Drops the structure for another that was made of it in so many seconds more; the statistics tell of that one.
+  void give_way(uint64_t nodes, uint64_t bytes, double seconds);
   // Whether a traversal offers a primitive once. Otherwise a mailbox keeps most repetitions away, not all.
   bool visits_once() const { return visits_once_; }
 

@@ -17,6 +17,9 @@ namespace tilecast::HWY_NAMESPACE {
 // leave it.
 constexpr float kPacketWidth = 0.5f;
 
+// A packet goes on while the blocks that it comes to are met by this many rays on average, and as many may fall short.
+constexpr int kEnough = 1, kPatience = 32;
+
 struct PacketBounds {
   float origin_lo[3], origin_hi[3], reciprocal_lo[3], reciprocal_hi[3];
   uint32_t octant;
@@ -122,17 +125,19 @@ HWY_INLINE void test_block(const TriangleBlock& block, int triangles, FrameRays&
   }
 }
 
-// False where nothing was done; query_of(ray) is what is wanted of each.
+// What is left to do for single rays, as bits; query_of(ray) is what is wanted of each. They may begin anew: what they
+// have found only shortens their way.
 template <class QueryOf>
-HWY_INLINE bool trace_packet(const WideBvh& bvh, FrameRays& rays, QueryOf&& query_of) {
+HWY_INLINE uint32_t trace_packet(const WideBvh& bvh, FrameRays& rays, QueryOf&& query_of) {
   PacketBounds bounds;
-  if ((bvh.root() & WideNode::kLeaf) || std::popcount(rays.inside) < 4 || !bound(rays, bounds)) return false;
+  if ((bvh.root() & WideNode::kLeaf) || std::popcount(rays.inside) < 4 || !bound(rays, bounds)) return rays.inside;
   const WideNode* nodes = bvh.nodes().data();
   const TriangleBlock* blocks = bvh.blocks().data();
   const Floats d;
   uint32_t slots[WideBvh::kStackSize];
   float nears[WideBvh::kStackSize];
   uint32_t active = rays.inside;
+  int patience = kPatience;
   int top = push_slots(nodes[0], 0, bounds, slots, nears);
   while (top > 0) {
     --top;
@@ -145,6 +150,7 @@ HWY_INLINE bool trace_packet(const WideBvh& bvh, FrameRays& rays, QueryOf&& quer
     }
     const TriangleBlock& block = blocks[child & ~WideNode::kLeaf];
     const uint32_t met = meeting(parent, slot, rays, bounds.octant) & active;
+    if ((patience += std::popcount(met) - kEnough) < 0) return active;
     if (met == 0) continue;
     const int triangles = block.count();
     if (bounds.one_shear && std::popcount(met) > triangles) {
@@ -155,12 +161,12 @@ HWY_INLINE bool trace_packet(const WideBvh& bvh, FrameRays& rays, QueryOf&& quer
         if (test_block(block, rays, ray, query_of(ray))) active &= ~(1u << ray);
       }
     }
-    if (active == 0) return true;
+    if (active == 0) return 0;
     // Rays that repeat another do not hold the packet back.
     for (uint32_t rest = ~rays.inside & 0xffff; rest; rest &= rest - 1) rays.s_max[std::countr_zero(rest)] = rays.s_min[0];
     bounds.s_max = hn::GetLane(hn::MaxOfLanes(d, hn::Max(hn::Load(d, rays.s_max), hn::Load(d, rays.s_max + 8))));
   }
-  return true;
+  return 0;
 }
 
 }  // namespace tilecast::HWY_NAMESPACE

@@ -28,11 +28,11 @@ HWY_INLINE void trace_batch(const WideBvh& bvh, const Frame& frame, const Ray* r
       for (size_t k = i + 2 * kSize; k < std::min(count, i + 3 * kSize); ++k) __builtin_prefetch(rays + order[k]);
     enter_frame(frame, group, n, lines);
     std::fill_n(found, n, none);
-    if (lines.inside && !trace_packet(bvh, lines, [&](int ray) { return query_of(found[ray]); }))
-      for (uint32_t rest = lines.inside; rest; rest &= rest - 1) {
-        const int ray = std::countr_zero(rest);
-        trace(bvh, lines, ray, query_of(found[ray]), free);
-      }
+    uint32_t left = lines.inside ? trace_packet(bvh, lines, [&](int ray) { return query_of(found[ray]); }) : 0;
+    for (; left; left &= left - 1) {
+      const int ray = std::countr_zero(left);
+      trace(bvh, lines, ray, query_of(found[ray]), free);
+    }
     for (int k = 0; k < n; ++k) answers[index(i + k)] = found[k];
   }
 }

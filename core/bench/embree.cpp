@@ -1,8 +1,9 @@
 #include "bench/embree.h"
 
 #include <atomic>
-#include <chrono>
 #include <stdexcept>
+
+#include "bench/clock.h"
 
 namespace tilecast::bench {
 namespace {
@@ -60,9 +61,7 @@ Embree::Embree(const Triangles& mesh, const Options& options) {
   rtcReleaseGeometry(geometry);
   long long before = used;
   most = before;
-  auto start = std::chrono::steady_clock::now();
-  rtcCommitScene(scene_);
-  seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  seconds_ = seconds(options.threads, [&] { rtcCommitScene(scene_); });
   bytes_ = used - before, peak_ = most - before;
 }
 

@@ -3,13 +3,13 @@
 //   trace_rays [--runs N] [--threads N] [--side N] [--only NAME] [MESH.ply...]
 #include <cstdio>
 #include <cstring>
-#include <ctime>
 #include <functional>
 #include <random>
 #include <thread>
 
 #include "accel/accelerated_mesh.h"
 #include "accel/wide_trace.h"
+#include "bench/clock.h"
 #include "bench/embree.h"
 
 namespace tilecast::bench {
@@ -22,18 +22,6 @@ struct Options {
   std::string only;
   std::vector<std::string> files;
 };
-
-// With one thread its own time, so that what else runs on the machine disturbs less; with more, the clock's.
-double seconds(int threads, const std::function<void()>& work) {
-  auto now = [&] {
-    timespec t;
-    clock_gettime(threads == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-  };
-  const double start = now();
-  work();
-  return now() - start;
-}
 
 double median(std::vector<double> v) {
   std::sort(v.begin(), v.end());
@@ -101,12 +89,14 @@ RaySets make_rays(const Mesh& mesh, const AcceleratedMesh& accelerated, bool ins
 
 void race(const Triangles& triangles, const Options& options) {
   Mesh mesh = Mesh::build(triangles.vertices, triangles.faces);
+  AcceleratorChoice choice("bvh");
+  choice.threads = options.threads;
   std::vector<double> ours_build, embree_build;
   for (int i = 0; i < std::min(options.runs, 3); ++i) {
-    ours_build.push_back(seconds(1, [&] { AcceleratedMesh(mesh, "bvh"); }));
+    ours_build.push_back(seconds(options.threads, [&] { AcceleratedMesh(mesh, choice); }));
     embree_build.push_back(Embree(triangles, {.threads = options.threads}).build_seconds());
   }
-  AcceleratedMesh ours(mesh, "bvh");
+  AcceleratedMesh ours(mesh, choice);
   Embree embree(triangles, {.threads = options.threads}), robust(triangles, {.robust = true, .threads = options.threads});
   const double n = static_cast<double>(triangles.faces.size());
   std::printf("\n%s: %.0f triangles\n", triangles.name.c_str(), n);

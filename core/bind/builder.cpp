@@ -1,3 +1,5 @@
+#include <thread>
+
 #include "bind/bind.h"
 #include "scene/builder.h"
 
@@ -49,11 +51,12 @@ std::vector<InstanceSource> to_instances(const Array<int32_t>& objects, const Ar
 }
 
 uint32_t add_mesh(SceneBuilder& builder, const Array<double>& vertices, const Array<uint32_t>& faces,
-                  const AcceleratorChoice& accelerator) {
+                  AcceleratorChoice accelerator) {
   check_shape(vertices, {-1, 3}, "vertices");
   check_shape(faces, {-1, 3}, "faces");
   std::span<const Vec3> v(reinterpret_cast<const Vec3*>(vertices.data()), vertices.shape(0));
   std::span<const glm::uvec3> f(reinterpret_cast<const glm::uvec3*>(faces.data()), faces.shape(0));
+  accelerator.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   py::gil_scoped_release release;
   return builder.add_mesh(Mesh::build(v, f), accelerator);
 }
