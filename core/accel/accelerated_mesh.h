@@ -48,7 +48,8 @@ class AcceleratedMesh {
     return found;
   }
 
-  // The same for many rays, faster.
+  // The same for many rays; faster where it gains by batches.
+  bool gains_by_batches() const { return wide_.has_value(); }
   void closest(std::span<const Ray> rays, FaceHit* hits) const;
   void occluded(std::span<const Ray> rays, uint32_t* faces) const;
 

@@ -157,34 +157,40 @@ HWY_INLINE void trace(const WideBvh& bvh, FrameRays& rays, int ray, Query query,
   float nears[WideBvh::kStackSize];
   int top = 0;
   uint32_t child = bvh.root();
-  for (;;) {
-    while (!(child & WideNode::kLeaf)) {
-      const WideNode& node = nodes[child];
-      cost.step();
-      auto plane = [&](int axis, uint32_t side) {  // side 0: the one that is met first
-        return hn::MulSub(hn::Load(d, node.planes[near_plane[axis] ^ side]), reciprocal[axis], origin[axis]);
-      };
-      const V near = hn::Max(hn::Max(plane(0, 0), plane(1, 0)), hn::Max(plane(2, 0), s_min));
-      const V far = hn::Min(hn::Min(plane(0, 1), plane(1, 1)), hn::Min(plane(2, 1), s_max));
-      const uint32_t met = kByDistance[inverted][bits(d, hn::Le(near, far))];
-      if (met == 0) goto pop;
-      // The nearest is gone to at once; the others wait.
-      child = node.child[static_cast<uint32_t>(std::bit_width(met) - 1) ^ inverted];
-      const auto slots = slots_of(met, inverted);
-      hn::StoreU(hn::TableLookupLanes(hn::BitCast(d, hn::Load(w, node.child)), slots), d, reinterpret_cast<float*>(children + top));
-      hn::StoreU(hn::TableLookupLanes(near, slots), d, nears + top);
-      top += std::popcount(met) - 1;
-    }
-    cost.step();
-    cost.test();
-    if (test_block(blocks[child & ~WideNode::kLeaf], rays, ray, query)) return;
-    s_max = hn::Set(d, rays.s_max[ray]);
-  pop:
+  auto pop = [&] {  // false where nothing waits
     do {
-      if (top == 0) return;
+      if (top == 0) return false;
       --top;
     } while (nears[top] > rays.s_max[ray]);
     child = children[top];
+    return true;
+  };
+  for (;;) {
+    cost.step();
+    if (child & WideNode::kLeaf) {
+      const TriangleBlock& block = blocks[child & ~WideNode::kLeaf];
+      if constexpr (!std::is_same_v<Cost, NoCost>) cost.test(static_cast<uint64_t>(block.count()));
+      if (test_block(block, rays, ray, query) || !pop()) return;
+      s_max = hn::Set(d, rays.s_max[ray]);
+      continue;
+    }
+    const WideNode& node = nodes[child];
+    auto plane = [&](int axis, uint32_t side) {  // side 0: the one that is met first
+      return hn::MulSub(hn::Load(d, node.planes[near_plane[axis] ^ side]), reciprocal[axis], origin[axis]);
+    };
+    const V near = hn::Max(hn::Max(plane(0, 0), plane(1, 0)), hn::Max(plane(2, 0), s_min));
+    const V far = hn::Min(hn::Min(plane(0, 1), plane(1, 1)), hn::Min(plane(2, 1), s_max));
+    const uint32_t met = kByDistance[inverted][bits(d, hn::Le(near, far))];
+    if (met == 0) {
+      if (!pop()) return;
+      continue;
+    }
+    // The nearest is gone to at once; the others wait.
+    child = node.child[static_cast<uint32_t>(std::bit_width(met) - 1) ^ inverted];
+    const auto slots = slots_of(met, inverted);
+    hn::StoreU(hn::TableLookupLanes(hn::BitCast(d, hn::Load(w, node.child)), slots), d, reinterpret_cast<float*>(children + top));
+    hn::StoreU(hn::TableLookupLanes(near, slots), d, nears + top);
+    top += std::popcount(met) - 1;
   }
 }
 

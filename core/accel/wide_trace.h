@@ -22,7 +22,7 @@ struct FaceHit {
 // together; large batches of unlike rays are traced in an order of their own.
 void closest(const WideBvh& bvh, const Frame& frame, std::span<const Ray> rays, FaceHit* hits);
 FaceHit closest(const WideBvh& bvh, const Frame& frame, const Ray& ray);
-FaceHit closest(const WideBvh& bvh, const Frame& frame, const Ray& ray, TraversalCost& cost);  // tests: blocks
+FaceHit closest(const WideBvh& bvh, const Frame& frame, const Ray& ray, TraversalCost& cost);
 
 // For each ray a face hit in t_min < t <= t_max, or FaceHit::kNone.
 void occluded(const WideBvh& bvh, const Frame& frame, std::span<const Ray> rays, uint32_t* faces);

@@ -2,7 +2,6 @@
 //
 //   trace_rays [--runs N] [--threads N] [--side N] [--only NAME] [MESH.ply...]
 #include <cstdio>
-#include <cstring>
 #include <functional>
 #include <random>
 #include <thread>
@@ -20,7 +19,6 @@ struct Options {
   int threads = 1;
   uint32_t side = 1024;  // of the image, in pixels: a multiple of 16
   std::string only;
-  std::vector<std::string> files;
 };
 
 double median(std::vector<double> v) {
@@ -166,19 +164,31 @@ void race(const Triangles& triangles, const Options& options) {
 }  // namespace
 }  // namespace tilecast::bench
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   using namespace tilecast::bench;
   Options options;
   std::vector<std::string> meshes;
   for (int i = 1; i < argc; ++i) {
-    auto value = [&] { return i + 1 < argc ? argv[++i] : ""; };
-    if (!std::strcmp(argv[i], "--runs")) options.runs = std::max(1, std::atoi(value()));
-    else if (!std::strcmp(argv[i], "--threads")) options.threads = std::max(1, std::atoi(value()));
-    else if (!std::strcmp(argv[i], "--side")) options.side = std::max(16, std::atoi(value()) / 16 * 16);
-    else if (!std::strcmp(argv[i], "--only")) options.only = value();
-    else meshes.push_back(argv[i]);
+    const std::string name = argv[i];
+    auto value = [&] { return i + 1 < argc ? std::string(argv[++i]) : throw std::runtime_error(name + " wants a value"); };
+    auto number = [&](int least) {
+      const std::string text = value();
+      size_t read = 0;
+      const int n = std::isdigit(static_cast<unsigned char>(text[0])) ? std::stoi(text, &read) : 0;
+      if (read != text.size() || n < least) throw std::runtime_error(name + ": must be at least " + std::to_string(least) + ", got " + text);
+      return n;
+    };
+    if (name == "--runs") options.runs = number(1);
+    else if (name == "--threads") options.threads = number(1);
+    else if (name == "--side") options.side = static_cast<uint32_t>(number(16)) / 16 * 16;
+    else if (name == "--only") options.only = value();
+    else if (name.starts_with("--")) throw std::runtime_error("unknown option " + name);
+    else meshes.push_back(name);
   }
   if (meshes.empty()) meshes = {"terrain", "soup"};
   for (const std::string& name : meshes)
     race(name == "terrain" ? terrain(1000) : name == "soup" ? soup(500000) : read_ply(name), options);
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "trace_rays: %s\n", error.what());
+  return 2;
 }

@@ -26,8 +26,7 @@ std::shared_ptr<const Scene> lattice(std::string_view kind) {
 }
 
 // From a point of the lattice to another, past corners and along edges of cells.
-bool lattice_ray_differs(std::mt19937_64& random, uint64_t i) {
-  static const std::vector<std::shared_ptr<const Scene>> scenes = for_each_kind(lattice);
+Ray lattice_ray(std::mt19937_64& random, uint64_t i) {
   auto point = [&] {
     Vec3 p;
     for (int k = 0; k < 3; ++k) p[k] = 0.125 * (static_cast<int>(random() % 25) - 12);
@@ -41,16 +40,45 @@ bool lattice_ray_differs(std::mt19937_64& random, uint64_t i) {
     ray.direction = Vec3(0.0);
     ray.direction[axis] = i / 6 % 2 ? 1.0 : -1.0;
   }
-  return !same_hits(*scenes[0], *scenes[1 + i / 12 % (scenes.size() - 1)], ray);
+  return ray;
+}
+
+bool lattice_ray_differs(std::mt19937_64& random, uint64_t i) {
+  static const std::vector<std::shared_ptr<const Scene>> scenes = for_each_kind(lattice);
+  return !same_hits(*scenes[0], *scenes[1 + i / 12 % (scenes.size() - 1)], lattice_ray(random, i));
+}
+
+// A uniform grid whose planes lie on the lattice, or nearly: cubes of a quarter that fill [-1, 1]^3.
+Grid lattice_grid() {
+  std::vector<FrameBox> boxes;
+  for (int i = 0; i < 512; ++i) {
+    const Vec3 lo = 0.25 * Vec3(i % 8 - 4, i / 8 % 8 - 4, i / 64 - 4);
+    boxes.push_back(FrameBox::around(Frame{}, {lo, lo + 0.25}));
+  }
+  std::vector<uint32_t> order;
+  return Grid::build({boxes}, false, order);
+}
+
+// Of a line through it, the cells that it enters over the most that a walk in integers may take, nx + ny + nz + 3.
+double steps_taken(std::mt19937_64& random, uint64_t i) {
+  static const Grid grid = lattice_grid();
+  FrameRay line;
+  if (!enter_frame(Frame{}, lattice_ray(random, i), line)) return 0.0;
+  TraversalCost cost;
+  grid.traverse(line, -FrameBox::kFar, FrameBox::kFar, cost, [](uint32_t, uint32_t) { return false; });
+  const int* cells = grid.levels()[0].cells;
+  return static_cast<double>(cost.steps) / (cells[0] + cells[1] + cells[2] + 3);
 }
 
 }  // namespace
 
 void add_agreement(std::vector<Case>& out) {
-  out.push_back({"ties", 5, "rays that differ from brute force", 0, Combine::Sum, 100'000, 1'000'000'000,
+  out.push_back({"ties", 5, "rays that differ from brute force", 0, Combine::Sum, 1'000'000, 1'000'000'000,
                  sum_of(tie_differs)});
-  out.push_back({"lattice", 6, "rays that differ from brute force", 0, Combine::Sum, 500'000, 100'000'000,
+  out.push_back({"lattice", 6, "rays that differ from brute force", 0, Combine::Sum, 1'000'000, 100'000'000,
                  sum_of(lattice_ray_differs)});
+  out.push_back({"grid-steps", 6, "cells entered on the lattice, in nx + ny + nz + 3", 1, Combine::Max, 1'000'000, 100'000'000,
+                 worst_of(steps_taken)});
 }
 
 }  // namespace tilecast::stress

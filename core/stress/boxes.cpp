@@ -109,7 +109,7 @@ double culled(std::mt19937_64& random, uint64_t i) {
 }  // namespace
 
 void add_boxes(std::vector<Case>& out) {
-  out.push_back({"zeros-in-directions", 3, "rays that differ from brute force", 0, Combine::Sum, 500'000, 1'000'000'000,
+  out.push_back({"zeros-in-directions", 3, "rays that differ from brute force", 0, Combine::Sum, 1'000'000, 1'000'000'000,
                  sum_of(axis_ray_differs)});
   out.push_back({"culled", 4, "hits of brute force that are lost", 0, Combine::Sum, 1'000'000, 1'000'000'000,
                  sum_of(culled)});

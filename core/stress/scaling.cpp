@@ -84,7 +84,7 @@ bool scaling_shows(const ScaledScenes& scenes, std::mt19937_64& random, uint64_t
 }
 
 void add(std::vector<Case>& out, const char* name, const ScaledScenes& (*scenes)()) {
-  out.push_back({name, 12, "rays whose hits change with the scale", 0, Combine::Sum, 300'000, 1'000'000'000,
+  out.push_back({name, 12, "rays whose hits change with the scale", 0, Combine::Sum, 1'000'000, 1'000'000'000,
                  sum_of([scenes](auto& random, uint64_t i) { return scaling_shows(scenes(), random, i); })});
 }
 

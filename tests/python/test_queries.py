@@ -159,6 +159,20 @@ def test_rays_that_are_none_hit_nothing():
 
 # --- Shapes and types
 
+@pytest.mark.parametrize("accelerator", ["auto", "grid"])
+def test_many_rays_at_once_answer_as_one_by_one(accelerator):
+    mesh = tilecast.mesh(*soup(2000), accelerator=accelerator)
+    generator = np.random.default_rng(1)
+    origins = generator.uniform(-1, 1, (4000, 3))
+    directions = np.concatenate([generator.normal(size=(2000, 3)), 0.5 - 2 * origins[2000:]])
+    together, dark = mesh.closest(origins, directions), mesh.occluded(origins, directions, t_max=0.5)
+    for i in range(0, 4000, 7):
+        alone = mesh.closest(origins[i : i + 1], directions[i : i + 1])
+        for field in ("t", "object", "primitive", "u", "v", "normal"):
+            assert np.array_equal(getattr(together, field)[i], getattr(alone, field)[0]), (i, field)
+        assert dark[i] == mesh.occluded(origins[i : i + 1], directions[i : i + 1], t_max=0.5)[0] == (alone.t[0] <= 0.5)
+
+
 def test_no_rays_have_no_answers(tetrahedron):
     none = np.empty((0, 3))
     hits = tetrahedron.closest(none, none)
