@@ -28,10 +28,6 @@ struct alignas(32) TriangleBlock {  // 320 bytes
 
   static constexpr uint32_t kNone = ~0u;
   int count() const { return static_cast<int>(std::find(face, face + WideNode::kWidth, kNone) - face); }
-  Triangle triangle(int lane) const {
-    auto vertex = [&](int v) { return Vec3f(vertices[v][0][lane], vertices[v][1][lane], vertices[v][2][lane]); };
-    return {vertex(0), vertex(1), vertex(2)};
-  }
 };
 
 class WideBvh {

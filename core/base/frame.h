@@ -77,28 +77,51 @@ struct FrameRay {
   double t_below(float s) const { return (t_start + (s - std::fabs(s) * 0x1p-22f - slack)) * t_scale; }
 };
 
+// The line of a ray in a frame, in double; t of the ray = (t_start + s) * t_scale, as in FrameRay.
+struct NearLine {
+  Vec3 origin;            // of the ray
+  Vec3 start, direction;  // the point closest to the frame's centre; the largest component in [1, 2)
+  double t_start, t_scale, s_scale;
+};
+
 // False where the line passes the frame's content by, or is not finite.
-inline bool enter_frame(const Frame& frame, const Ray& ray, FrameRay& out) {
-  Vec3 origin = frame.to_frame(ray.origin);
+inline bool enter_near(const Frame& frame, const Ray& ray, NearLine& out) {
+  out.origin = frame.to_frame(ray.origin);
   double largest = max_abs(ray.direction);
   if (!(largest >= 0x1p-1000 && largest <= 0x1p1000)) return false;
   double normalise = power_below_reciprocal(largest);
-  Vec3 direction = ray.direction * normalise;
+  out.direction = ray.direction * normalise;
   out.t_scale = frame.scale * normalise;
   out.s_scale = 1.0 / out.t_scale;
-  out.t_start = -glm::dot(origin, direction) / glm::dot(direction, direction);
-  out.slack = static_cast<float>(std::fabs(out.t_start) * 0x1p-50);
-  Vec3 start = origin + out.t_start * direction;
+  out.t_start = -glm::dot(out.origin, out.direction) / glm::dot(out.direction, out.direction);
+  out.start = out.origin + out.t_start * out.direction;
   // Content lies within sqrt(3) of the centre; !(<=) also catches NaN.
-  if (!(glm::dot(start, start) <= 4.0)) return false;
-  out.origin64 = start;
-  out.direction64 = direction;
+  return glm::dot(out.start, out.start) <= 4.0;
+}
+
+// Finite, so that no product with it is NaN.
+inline float slab_reciprocal(float d) { return 1.0f / (std::fabs(d) < 0x1p-40f ? std::copysign(0x1p-40f, d) : d); }
+
+// What box tests look at; triangles need the rest.
+inline bool enter_boxes(const Frame& frame, const Ray& ray, FrameRay& out) {
+  NearLine line;
+  if (!enter_near(frame, ray, line)) return false;
+  out.t_scale = line.t_scale, out.s_scale = line.s_scale, out.t_start = line.t_start;
+  out.slack = static_cast<float>(std::fabs(out.t_start) * 0x1p-50);
+  out.origin64 = line.start;
+  out.direction64 = line.direction;
   for (int i = 0; i < 3; ++i) {
-    out.origin[i] = to_grid(start[i]);
-    out.direction[i] = to_grid(direction[i]);
-    float d = std::fabs(out.direction[i]) < 0x1p-40f ? std::copysign(0x1p-40f, out.direction[i]) : out.direction[i];
-    out.reciprocal[i] = 1.0f / d;
+    out.origin[i] = to_grid(line.start[i]);
+    out.direction[i] = to_grid(line.direction[i]);
+    out.reciprocal[i] = slab_reciprocal(out.direction[i]);
   }
+  return true;
+}
+
+// False as enter_near is.
+inline bool enter_frame(const Frame& frame, const Ray& ray, FrameRay& out) {
+  if (!enter_boxes(frame, ray, out)) return false;
+  const Vec3& direction = out.direction64;
   Vec3 a = glm::abs(direction);
   out.z = a.x >= a.y ? (a.x >= a.z ? 0 : 2) : (a.y >= a.z ? 1 : 2);
   out.x = (out.z + 1) % 3;

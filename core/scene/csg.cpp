@@ -72,7 +72,7 @@ std::vector<Bvh::Pending>& CsgWalk::open() { return workspace().open; }
 
 bool CsgWalk::begin(FrameRay& local, float& s_min, float& s_max) {
   TILECAST_COUNT(csg);
-  if (!enter_frame(csg_.assembly.frame, line_, local)) return false;
+  if (!enter_boxes(csg_.assembly.frame, line_, local)) return false;
   s_min = local.s_below(t_min_), s_max = local.s_above(t_max_);
   if (!clip_to_box(csg_.result_box.lo, csg_.result_box.hi, local, s_min, s_max)) return false;
   Workspace& space = workspace();

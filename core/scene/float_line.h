@@ -23,22 +23,14 @@ struct FloatLine {
 
 // False where the line passes the frame's content by, or is not finite.
 inline bool enter_line(const Frame& frame, const Ray& ray, FloatLine& out) {
-  Vec3 origin = frame.to_frame(ray.origin);
-  double largest = max_abs(ray.direction);
-  if (!(largest >= 0x1p-1000 && largest <= 0x1p1000)) return false;
-  double normalise = power_below_reciprocal(largest);
-  Vec3 direction = ray.direction * normalise;
-  out.scale = frame.scale * normalise;
-  out.per_t = 1.0 / out.scale;
-  out.start = -glm::dot(origin, direction) / glm::dot(direction, direction);
-  out.farthest = max_abs(origin);
-  Vec3 nearest = origin + out.start * direction;
-  // Content lies within sqrt(3) of the centre; !(<=) also catches NaN.
-  if (!(glm::dot(nearest, nearest) <= 4.0)) return false;
+  NearLine line;
+  if (!enter_near(frame, ray, line)) return false;
+  out.scale = line.t_scale, out.per_t = line.s_scale, out.start = line.t_start;
+  out.farthest = max_abs(line.origin);
   for (int i = 0; i < 3; ++i) {
-    out.origin[i] = static_cast<float>(nearest[i]);
-    float d = out.direction[i] = static_cast<float>(direction[i]);
-    out.reciprocal[i] = 1.0f / (std::fabs(d) < 0x1p-40f ? std::copysign(0x1p-40f, d) : d);
+    out.origin[i] = static_cast<float>(line.start[i]);
+    out.direction[i] = static_cast<float>(line.direction[i]);
+    out.reciprocal[i] = slab_reciprocal(out.direction[i]);
   }
   return true;
 }

@@ -7,29 +7,7 @@
 namespace tilecast {
 namespace {
 
-// The part of enter_frame that boxes need, to the same bits; triangles alone need the rest.
-bool enter_boxes(const Frame& frame, const Ray& ray, FrameRay& out) {
-  Vec3 origin = frame.to_frame(ray.origin);
-  double largest = max_abs(ray.direction);
-  if (!(largest >= 0x1p-1000 && largest <= 0x1p1000)) return false;
-  double normalise = power_below_reciprocal(largest);
-  Vec3 direction = ray.direction * normalise;
-  out.t_scale = frame.scale * normalise;
-  out.s_scale = 1.0 / out.t_scale;
-  out.t_start = -glm::dot(origin, direction) / glm::dot(direction, direction);
-  out.slack = static_cast<float>(std::fabs(out.t_start) * 0x1p-50);
-  Vec3 start = origin + out.t_start * direction;
-  if (!(glm::dot(start, start) <= 4.0)) return false;
-  for (int i = 0; i < 3; ++i) {
-    out.origin[i] = to_grid(start[i]);
-    out.direction[i] = to_grid(direction[i]);
-    float d = std::fabs(out.direction[i]) < 0x1p-40f ? std::copysign(0x1p-40f, out.direction[i]) : out.direction[i];
-    out.reciprocal[i] = 1.0f / d;
-  }
-  return true;
-}
-
-// The same for at most kLanes instances, near ones first; by other means than the accelerators', to the same end.
+// visit_instances for at most kLanes of them, near ones first; by other means than the accelerators', to the same end.
 template <class Visit>
 bool visit_few(const Assembly& assembly, const Ray& ray, const double& t_max, Visit&& visit) {
   FloatLine line;
