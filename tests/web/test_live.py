@@ -70,11 +70,11 @@ def test_reload_in_the_middle_goes_on(server, page, tmp_path):
     page.goto(server.url)
     job = post(server.url, scene(seconds=4))
     open_job(page, server.url, job["id"])
-    wait_for_known(page, 1)
+    wait_for_known(page, 0.01)
     change(server.url, job["id"], state="paused")  # so that the middle lasts for as long as the reload takes
     page.reload()
     page.locator("canvas").wait_for()
-    wait_for_known(page, 1)
+    wait_for_known(page, 0.01)
     wait_for_state(page, "paused")
     change(server.url, job["id"], state="queued")
     wait_for_state(page, "done")
