@@ -1,4 +1,4 @@
-"""`tilecast report`: what it measures, what it refuses, and what it calls a fault."""
+"""`tilecast report --vary`: what it measures, what it refuses, and what it calls a fault."""
 
 import dataclasses
 import json
@@ -169,5 +169,3 @@ def test_a_bad_variation_is_one_line_and_status_2(scene, vary, message):
 def test_what_else_is_wrong_with_the_call_is_told(scene, tmp_path):
     one_line(run("report", tmp_path / "gone.json", "--vary", "render.samples=1"), 2, "gone.json", "No such file")
     one_line(run("report", scene, "--vary", "render.samples=1", "-o", scene), 1, "cannot be made a folder")
-    result = run("report", scene)
-    assert result.returncode == 2 and "--vary" in result.stderr and "Traceback" not in result.stderr

@@ -11,6 +11,10 @@ from ..scene.overrides import value_of
 
 # Keys that change how fast a picture is made, and never the picture.
 _FOR_SPEED = ("accelerator", "grouping", "reinsertion")
+# Keys that change its noise, and not what it becomes with more and more samples.
+_FOR_NOISE = ("next_event", "samples", "seed")
+# Keys whose point is error against time: what noise there is, and what it costs.
+_CURVES = ("integrator", "next_event")
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,16 @@ class Variation:
     def keeps_pixels(self) -> bool:
         """Whether every value must give the same picture."""
         return self.key.rpartition(".")[2] in _FOR_SPEED
+
+    @property
+    def keeps_expectation(self) -> bool:
+        """Whether every value must give the same picture in the end, and so has the same references."""
+        return self.key.rpartition(".")[2] in (*_FOR_SPEED, *_FOR_NOISE)
+
+    @property
+    def wants_curves(self) -> bool:
+        """Whether error against run time is what the values are compared by."""
+        return self.key.rpartition(".")[2] in _CURVES
 
 
 def label(value: Any) -> str:
