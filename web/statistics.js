@@ -1,7 +1,7 @@
 /** A job's statistics as a list of terms, and the features that its scene used and left out. */
 
 import { element } from "./dom.js";
-import { bytes, count, duration, interval, scientific, short } from "./format.js";
+import { bytes, count, duration, interval, percent, scientific, short } from "./format.js";
 
 /** {element, set(statistics)}; the contract of --stats. What is missing is left out. */
 export function statisticsTable() {
@@ -33,6 +33,7 @@ function terms({ seconds = {}, rays = {}, accelerator = {}, error, samples, rays
   add("Rays a second", speed, short);
   add("Relative MSE", error?.relative_mse, scientific);
   if (error && error.high > 0) rows.push(["95% interval", interval(error.low, error.high)]);
+  if (error?.heavy_tailed) rows.push(["Rare events", `${percent(error.tail_share)} of the error: it may be understated`]);
   add("MSE", error?.mse, scientific);
   add("Accelerator", accelerator.kind, String);
   add("Nodes", accelerator.nodes, count);

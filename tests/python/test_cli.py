@@ -64,6 +64,14 @@ def test_progress_is_plain_lines_where_there_is_no_terminal(scene, tmp_path):
     assert "\x1b" not in "".join(lines)
 
 
+def test_an_error_that_rare_events_carry_is_said_to_be_understated(scene, tmp_path):
+    """The lamp is small and found by chance alone."""
+    result = run("render", scene, "-o", tmp_path / "out.png", "--samples", 16, "--set", "render.next_event=false",
+                 "--set", "lights[0].object.radius=0.2", "--set", "lights[0].radiance=[900,900,900]")
+    assert re.fullmatch(r".*out.png: the error may be understated: rare bright samples, met in 1% of the pixels, make up "
+                        r"\d+% of it", result.stderr.splitlines()[-1])
+
+
 def test_progress_is_a_bar_on_a_terminal(scene, tmp_path):
     ours, theirs = pty.openpty()
     process = subprocess.Popen([*TILECAST, "render", scene, "-o", tmp_path / "out.png", "--samples", "20000"],

@@ -108,3 +108,10 @@ def test_place_of_a_value(run):
 )
 def test_numbers_as_a_person_reads_them(run, call, text):
     assert run("format.js", f"m.{call}") == text
+
+
+@pytest.mark.parametrize("heavy", [True, False, None])
+def test_statistics_say_where_rare_events_carry_the_error(run, heavy):
+    text = run("statistics.js", "(() => { const table = m.statisticsTable(); table.set(a); return table.element.textContent; })()",
+               {"error": {"relative_mse": 0.1, "heavy_tailed": heavy, "tail_share": 0.934}})
+    assert ("93% of the error: it may be understated" in text) == bool(heavy)

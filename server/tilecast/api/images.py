@@ -74,7 +74,8 @@ def _picture(job_id: str, kind: str, request: Request, manager: Manager) -> Resp
 
 @router.get("/curve")
 def curve(job_id: JobId, manager: Manager) -> dict:
-    """The estimated error at every checkpoint: seconds, samples, mse, relative_mse, low, high."""
+    """The estimated error at every checkpoint: seconds, samples, mse, relative_mse, low, high; heavy_tailed: whether
+    rare events carry it, so that it may be understated, and tail_share, their share."""
     job = manager.job(job_id)
     return {"curve": manager.store.curve(job.id)}
 

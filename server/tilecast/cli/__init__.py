@@ -8,7 +8,8 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-_COMMANDS = ("render", "batch", "serve", "submit", "report", "stress", "validate", "schema")  # in the order of the help
+_COMMANDS = ("render", "batch", "serve", "submit", "report", "stress", "validate", "sample",
+             "schema")  # in the order of the help
 
 
 class _Commands(TyperGroup):

@@ -62,7 +62,7 @@ def batch(
             else:
                 skipped += 1
         except Exception as problem:
-            found = explain(scene, problem)
+            found = explain(scene, problem, settings)
             if found is None:
                 raise
             say(found[0])
@@ -99,7 +99,7 @@ def _render(scene: Path, image: Path, settings: list[str], threads: int | None, 
     from ..render.local import render
     from ..scene import compile, digest, folder_opener
     from ..scene.loading import load_document
-    from .progress import duration, progress
+    from .progress import progress, report_end
 
     start = time.perf_counter()
     document, folder = load_document(scene, settings)
@@ -122,7 +122,7 @@ def _render(scene: Path, image: Path, settings: list[str], threads: int | None, 
     stats |= {"scene_sha256": content, "image_sha256": hashlib.sha256(data).hexdigest()}
     files.write_file(_beside(image), (json.dumps(stats, indent=2) + "\n").encode())
     if not quiet:
-        typer.echo(f"{image}: {stats['samples']:.4g} samples in {duration(stats['seconds']['render'])}", err=True)
+        report_end(image, stats)
     return True
 
 

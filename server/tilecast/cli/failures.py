@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NoReturn
 
@@ -35,18 +35,19 @@ def describe(source: str | Path, error: SceneError) -> str:
 
 
 @contextlib.contextmanager
-def failing(source: str | Path) -> Iterator[None]:
-    """What can go wrong with a scene on its way to an image ends the command with one line."""
+def failing(source: str | Path, settings: Sequence[str] = ()) -> Iterator[None]:
+    """What can go wrong with a scene, some values of which `settings` (KEY=VALUE) replace, on its way to an image
+    ends the command with one line."""
     try:
         yield
     except BaseException as error:
-        found = explain(source, error)
+        found = explain(source, error, settings)
         if found is None:
             raise
         fail(*found)
 
 
-def explain(source: str | Path, error: BaseException) -> tuple[str, int] | None:
+def explain(source: str | Path, error: BaseException, settings: Sequence[str] = ()) -> tuple[str, int] | None:
     """The line and the status for an error that belongs to a scene or to the machine; None for a mistake of
     ours."""
     if isinstance(error, SceneError):
@@ -56,7 +57,8 @@ def explain(source: str | Path, error: BaseException) -> tuple[str, int] | None:
     if isinstance(error, OSError):
         return f"{source}: {error.filename or 'a file'}: {error.strerror or error}", FAILED
     if type(error).__name__ == "SampleError":  # the core's; naming the type would import it for every command
-        return f"{source}: {error}", FAILED
+        from ..render.one_sample import with_command
+        return f"{source}: {with_command(error, str(source), settings)}", FAILED
     return None
 
 

@@ -7,6 +7,7 @@ import contextlib
 import sys
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import typer
@@ -74,6 +75,15 @@ def _error(point: Event) -> str:
 def _left(rendering: Rendering, before: str) -> str:
     left = rendering.seconds_left
     return "" if left is None or rendering.finished else f"{before}about {duration(left)} left"
+
+
+def report_end(image: Path, stats: dict[str, Any]) -> None:
+    """How a render ended, and what is not to be trusted about it."""
+    typer.echo(f"{image}: {stats['samples']:.4g} samples in {duration(stats['seconds']['render'])}", err=True)
+    error = stats["error"]
+    if error["heavy_tailed"]:
+        typer.echo(f"{image}: the error may be understated: rare bright samples, met in 1% of the pixels, make up "
+                   f"{error['tail_share']:.0%} of it", err=True)
 
 
 def duration(seconds: float) -> str:

@@ -37,13 +37,13 @@ def render(
     for path in filter(None, (output, stats)):
         writable(path)
 
-    with failing(scene):
+    with failing(scene, settings):
         from ..scene.loading import load
         compiled = load(scene, settings=settings)
 
         from ..render import output as files
         from ..render.local import render as render_image
-        from .progress import duration, progress
+        from .progress import progress, report_end
         with progress(scene.name, quiet) as report:
             image = render_image(compiled, threads=threads, on_event=report)
         start = time.perf_counter()
@@ -52,5 +52,4 @@ def render(
         if stats:
             files.write_file(stats, (json.dumps(image.stats, indent=2) + "\n").encode())
     if not quiet:
-        typer.echo(f"{output}: {image.stats['samples']:.4g} samples in {duration(image.stats['seconds']['render'])}",
-                   err=True)
+        report_end(output, image.stats)

@@ -67,7 +67,7 @@ def report(
         if not quiet:
             typer.echo(f"{scene.name}: {what}", err=True)
 
-    with failing(scene or "--tessellation"):
+    with failing(scene or "--tessellation", settings):
         if tessellation:
             found, text, pictures = _tessellation(output)
         elif calibrate is not None:

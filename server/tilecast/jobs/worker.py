@@ -14,6 +14,7 @@ from typing import Any, Generic, TypeVar
 from tilecast import _core, scene
 from tilecast.jobs.blobs import Blobs, asset_key, scene_key
 from tilecast.render.local import render_chunk
+from tilecast.render.one_sample import with_command
 from tilecast.render.plan import Chunk
 from tilecast.render.rendering import ChunkResult
 
@@ -83,7 +84,7 @@ def render(blobs_url: str, digest: str, max_triangles: int, chunks: Sequence[Chu
     try:
         return [render_chunk(compiled, chunk) for chunk in chunks]
     except _core.SampleError as error:
-        raise Rejected([("", str(error))]) from None
+        raise Rejected([("", with_command(error))]) from None
 
 
 def _compiled(blobs_url: str, digest: str, max_triangles: int) -> scene.Compiled:

@@ -22,16 +22,23 @@ and equal to it where noise is normal and of one colour. Pixels are independent,
 interval is mse exp(+-1.96 sqrt(V) / mse): symmetric on the logarithmic axis on which errors are drawn. `low`
 and `high` are those of `relative_mse`, in the same way from v divided by its denominator. Nothing here asks
 the samples of one half to be independent: low-discrepancy ones are not.
+
+`heavy_tailed` says that rare events carry the error, so that the estimate cannot be trusted; see `tails`.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
 
-PARTIALS = 4  # numbers that a tile contributes: sums over its pixels of v and v^2, and both again relative
+from . import tails
+
+# Numbers that a tile contributes: sums over its pixels of v and v^2, both again relative, and what `tails` needs.
+_SUMS = 4
+PARTIALS = _SUMS + tails.PARTIALS
 _FLOOR = 0.01  # added to R^2, so that black pixels count
 _NORMAL_95 = 1.959963984540054
 _RADIUS = 4  # of Lee's window: 9 x 9 pixels (see _window_mean)
@@ -41,37 +48,56 @@ _CAUTION = 1.5  # times the noise: what a window's variance must exceed to count
 @dataclass(frozen=True)
 class ErrorEstimate:
     """Mean squared error over pixels and channels (linear RGB), with its 95% interval; and the same relative
-    to the image: mean((I - R)^2 / (R^2 + 0.01)), whose interval is low .. high."""
+    to the image: mean((I - R)^2 / (R^2 + 0.01)), whose interval is low .. high. `tail_share` is None where
+    there are too few samples to tell."""
     mse: float
     mse_low: float
     mse_high: float
     relative_mse: float
     low: float
     high: float
+    heavy_tailed: bool | None
+    tail_share: float | None
 
-    def to_json(self) -> dict[str, float]:
+    def to_json(self) -> dict[str, float | bool | None]:
         return asdict(self)
 
 
-def tile_partials(sums: np.ndarray, samples: int) -> np.ndarray:
-    """What a tile contributes to the estimate at a checkpoint: float64 [4].
+def tile_partials(sums: np.ndarray, samples: int, parts: Sequence[tuple[np.ndarray, int]] = (),
+                  previous: np.ndarray | None = None) -> np.ndarray:
+    """What a tile contributes to the estimate at a checkpoint: float64 [PARTIALS].
 
-    `sums`: float64 [2, h, w, 3], even and odd samples apart, `samples` (at least 2) in all.
+    `sums`: float64 [2, h, w, 3], even and odd samples apart, `samples` (at least 2) in all. `parts`: the same of
+    the samples before the last range and of those in it. Where one of them has a single sample, the tail is taken
+    from `previous`, the partials of the checkpoint before.
     """
-    n, n_a, n_b = samples, (samples + 1) // 2, samples // 2
-    a, b = np.ascontiguousarray(np.moveaxis(sums, 3, 1))  # channel by channel: numpy sums over those three fast
-    mean = (a + b) / n
-    variance = (a / n_a - b / n_b) ** 2 * (n_a * n_b / n**2)
+    mean, variance = _mean_and_variance(sums, samples)
     weight = 1 / (_smoothed(mean, variance) ** 2 + _FLOOR)
     square = variance.sum(axis=0) / 3
     relative = (variance * weight).sum(axis=0) / 3
-    return np.array([square.sum(), (square * square).sum(), relative.sum(), (relative * relative).sum()])
+    found = np.zeros(PARTIALS) if previous is None else previous.copy()
+    found[:_SUMS] = square.sum(), (square * square).sum(), relative.sum(), (relative * relative).sum()
+    if parts and min(count for _, count in parts) >= 2:
+        # Scaled by their samples, so that both estimate the variance of the whole.
+        a, b = ((_mean_and_variance(part, count)[1] * weight).sum(axis=0) * (count / samples / 3)
+                for part, count in parts)
+        found[_SUMS:] = tails.partials(a, b)
+    return found
 
 
 def estimate(partials: np.ndarray, pixels: int) -> ErrorEstimate:
-    """The estimate of an image of so many pixels from its tiles' partials, float64 [tiles, 4]."""
-    square, square2, relative, relative2 = (math.fsum(column) for column in partials.T)
-    return ErrorEstimate(*_interval(square, square2, pixels), *_interval(relative, relative2, pixels))
+    """The estimate of an image of so many pixels from its tiles' partials, float64 [tiles, PARTIALS]."""
+    square, square2, relative, relative2 = (math.fsum(column) for column in partials.T[:_SUMS])
+    share = tails.tail_share(partials[:, _SUMS:].sum(axis=0))
+    return ErrorEstimate(*_interval(square, square2, pixels), *_interval(relative, relative2, pixels),
+                         None if share is None else share > tails.HEAVY, share)
+
+
+def _mean_and_variance(sums: np.ndarray, samples: int) -> tuple[np.ndarray, np.ndarray]:
+    """Of sums [2, h, w, 3]: the mean, and v, which estimates its variance; float64 [3, h, w] each."""
+    n_a, n_b = (samples + 1) // 2, samples // 2
+    a, b = np.ascontiguousarray(np.moveaxis(sums, 3, 1))  # channel by channel: numpy sums over those three fast
+    return (a + b) / samples, (a / n_a - b / n_b) ** 2 * (n_a * n_b / samples**2)
 
 
 def _interval(total: float, total_of_squares: float, pixels: int) -> tuple[float, float, float]:

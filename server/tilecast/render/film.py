@@ -15,14 +15,14 @@ import numpy as np
 from . import error
 from .plan import Chunk, Plan, Tile
 
-_FORMAT = 1  # of saved tiles
+_FORMAT = 2  # of saved tiles
 
 
 @dataclass(frozen=True)
 class _TileState:
     sums: np.ndarray | None = None  # float64 [2, h, w, 3]: even samples, odd samples; None: nothing yet
     ranges: int = 0  # added so far
-    partials: np.ndarray = field(default_factory=lambda: np.empty((0, error.PARTIALS)))  # [checkpoints so far, 4]
+    partials: np.ndarray = field(default_factory=lambda: np.empty((0, error.PARTIALS)))  # [checkpoints so far, n]
     rays: tuple[int, int, int] = (0, 0, 0)  # camera, bounce, shadow
     seconds: float = 0.0  # of work, over all threads
 
@@ -81,7 +81,10 @@ class Film:
         total = sums if state.sums is None else state.sums + sums
         partials = state.partials
         if state.ranges in self._position:
-            partials = np.vstack([partials, error.tile_partials(total, self.plan.samples_after(done))])
+            before, now = self.plan.samples_after(state.ranges), self.plan.samples_after(done)
+            parts = () if state.sums is None else ((state.sums, before), (sums, now - before))
+            row = error.tile_partials(total, now, parts, partials[-1] if len(partials) else None)
+            partials = np.vstack([partials, row])
         return _TileState(total, done, partials, tuple(a + b for a, b in zip(state.rays, rays)),
                           state.seconds + seconds)
 

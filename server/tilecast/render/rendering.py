@@ -6,12 +6,13 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 
 from ..scene.schema import Stop
+from .error import ErrorEstimate
 from .film import Film
 from .plan import Chunk, Plan, Tile
 
@@ -45,7 +46,7 @@ class Rendering:
         self.plan = plan
         self.film = Film(plan)
         self.stop = stop or Stop()
-        self.curve: list[dict[str, float]] = []
+        self.curve: list[dict[str, Any]] = []
         self._stopped = False  # by relative_mse
         self._chunks = iter(plan.chunks())
         self._next: Chunk | None = None  # taken from _chunks, not yet handed out
@@ -170,7 +171,7 @@ class Rendering:
         return [self.tile_event(tile) for tile in tiles]
 
     def restore(self, tiles: Mapping[int, bytes], seconds: float = 0.0,
-                curve: Iterable[Mapping[str, float]] = ()) -> list[Event]:
+                curve: Iterable[Mapping[str, Any]] = ()) -> list[Event]:
         """Takes up a rendering from stored tiles (tile index -> `film.save_tile`), the seconds that it had
         used and the points of its curve. To be called before the first chunk is handed out. A stored tile
         that is damaged is rendered again, to the same bits. Returns events of points that the stored curve
@@ -243,7 +244,7 @@ class Rendering:
             "samples": int(samples) if samples == int(samples) else samples,
             "rays": dict(zip(("camera", "bounce", "shadow"), rays)),
             "rays_per_second": sum(rays) / seconds if seconds > 0 else 0.0,
-            "error": {key: last.get(key) for key in ("mse", "mse_low", "mse_high", "relative_mse", "low", "high")},
+            "error": {field.name: last.get(field.name) for field in fields(ErrorEstimate)},
             "curve": [dict(point) for point in self.curve],
             "width": self.plan.width, "height": self.plan.height, "tile_size": self.plan.tile_size,
             **facts,
