@@ -7,11 +7,12 @@
 
 namespace tilecast {
 
-// m v + b with one rounding for each of the products.
+// m v + b with one rounding for each of the products; one coordinate of it.
+inline double multiply_add(const glm::dmat3& m, const Vec3& v, double b, int i) {
+  return std::fma(m[0][i], v.x, std::fma(m[1][i], v.y, std::fma(m[2][i], v.z, b)));
+}
 inline Vec3 multiply_add(const glm::dmat3& m, const Vec3& v, const Vec3& b) {
-  Vec3 out;
-  for (int i = 0; i < 3; ++i) out[i] = std::fma(m[0][i], v.x, std::fma(m[1][i], v.y, std::fma(m[2][i], v.z, b[i])));
-  return out;
+  return {multiply_add(m, v, b.x, 0), multiply_add(m, v, b.y, 1), multiply_add(m, v, b.z, 2)};
 }
 
 // An upper bound on how much a matrix stretches a length (Frobenius norm).

@@ -38,12 +38,15 @@ inline bool covers(const Rectangle& r, double x, double z) {
 }
 inline bool covers(const Disk& d, double x, double z) { return x * x + z * z < d.radius * d.radius; }
 
+inline bool covers(const Flat& flat, double x, double z) {
+  return std::visit([&](const auto& shape) { return covers(shape, x, z); }, flat);
+}
+
 // The parameter at which the line crosses it. In the plane: a miss.
 inline bool intersect(const Flat& flat, const Ray& line, double& t) {
   if (line.direction.y == 0.0) return false;
   t = -line.origin.y / line.direction.y;
-  double x = std::fma(t, line.direction.x, line.origin.x), z = std::fma(t, line.direction.z, line.origin.z);
-  return std::visit([&](const auto& shape) { return covers(shape, x, z); }, flat);
+  return covers(flat, std::fma(t, line.direction.x, line.origin.x), std::fma(t, line.direction.z, line.origin.z));
 }
 
 }  // namespace tilecast

@@ -18,6 +18,7 @@ Assembly Assembly::build(std::vector<Instance> instances, const std::vector<Obje
   for (Instance& instance : out.instances) {
     const glm::dmat3 same(1.0);
     instance.turned = instance.to_parent.linear != same || instance.to_local.linear != same;
+    instance.stretch = instance.to_parent.stretch();
     const Object& object = objects[instance.object];
     out.first_primitive.push_back(total);
     if (object.primitives > kMostPrimitives - total) throw Error("instances multiply to more than 2^62 primitives");
@@ -48,6 +49,11 @@ uint64_t Assembly::primitives(const std::vector<Object>& objects) const {
 }
 
 uint32_t Assembly::find(uint64_t primitive) const {
+  if (first_primitive.size() <= kLanes) {  // without a branch that is taken by chance
+    uint32_t i = 0;
+    for (size_t k = 1; k < first_primitive.size(); ++k) i += first_primitive[k] <= primitive;
+    return i;
+  }
   auto next = std::upper_bound(first_primitive.begin(), first_primitive.end(), primitive);
   return static_cast<uint32_t>(next - first_primitive.begin() - 1);
 }

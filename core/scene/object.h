@@ -32,7 +32,8 @@ struct Instance {
   int material;  // kInherit: that of the enclosing instance; the innermost given one wins
   Affine to_parent;
   InverseAffine to_local;
-  bool turned = true;  // or scaled: otherwise it is only moved, which costs less
+  bool turned = true;    // or scaled: otherwise it is only moved, which costs less
+  double stretch = 1.0;  // of to_parent: an upper bound
 
   Ray local(const Ray& r) const {
     return turned ? to_local.ray(r) : Ray{r.origin - to_local.origin, r.direction, r.t_min, r.t_max};

@@ -37,36 +37,44 @@ Surface resolve(const Scene& scene, const Ray& ray, const Hit& hit) {
   uint64_t primitive = hit.primitive;
   int material = kInherit;
   Ray local = ray;
-  Affine to_world;
-  glm::dmat3 to_local{1.0};
-  bool turned = false;  // to_world, to_local
-  double stretch = to_world.stretch();
+  Affine product;       // of the transforms down to the object, where there is more than one
+  glm::dmat3 inverse;
+  const Affine* to_world = &product;
+  const glm::dmat3* to_local = &inverse;
+  bool turned = false;  // or scaled; otherwise the product's offset is all there is
+  double stretch = std::sqrt(3.0);  // of the identity, in the same norm
   double offsets = 0.0;  // magnitudes that the transforms added and took away
   const Object& object = descend<true>(scene, primitive, [&](const Instance& instance) {
     if (instance.material != kInherit) material = instance.material;
     local = instance.local(local);
     offsets += stretch * max_abs(instance.to_parent.offset);
-    if (!turned) {
-      to_world = {instance.to_parent.linear, instance.to_parent.offset + to_world.offset};
-      to_local = instance.to_local.linear;
+    if (turned) {
+      product = *to_world * instance.to_parent;
+      inverse = instance.to_local.linear * *to_local;
+      to_world = &product, to_local = &inverse;
+      stretch = product.stretch();
     } else if (instance.turned) {
-      to_world = to_world * instance.to_parent;
-      to_local = instance.to_local.linear * to_local;
+      stretch = instance.stretch;
+      to_local = &instance.to_local.linear;
+      if (product.offset == Vec3(0.0)) {
+        to_world = &instance.to_parent;
+      } else {
+        product = {instance.to_parent.linear, instance.to_parent.offset + product.offset};
+      }
+      turned = true;
     } else {
-      to_world.offset = to_world.point(instance.to_parent.offset);
+      product.offset += instance.to_parent.offset;
     }
-    if (instance.turned) stretch = to_world.stretch();
-    turned |= instance.turned;
   });
   Leaf leaf = at_leaf(scene, object, local, hit, primitive);
   Surface surface;
   surface.local_point = leaf.point;
   surface.local_normal = leaf.normal;
-  surface.point = turned ? to_world.point(leaf.point) : leaf.point + to_world.offset;
+  surface.point = turned ? to_world->point(leaf.point) : leaf.point + product.offset;
   surface.material = &scene.materials[material == kInherit ? 0 : material];
   surface.error = stretch * (leaf.error + 16 * kUnitRoundoff * max_abs(leaf.point)) +
                   16 * kUnitRoundoff * (max_abs(surface.point) + offsets);
-  Vec3 normal = turned ? leaf.normal * to_local : leaf.normal;
+  Vec3 normal = turned ? leaf.normal * *to_local : leaf.normal;
   double largest = max_abs(normal);
   surface.normal = largest > 0.0 ? glm::normalize(normal * power_below_reciprocal(largest)) : -glm::normalize(ray.direction);
   if ((glm::dot(surface.normal, ray.direction) > 0.0) == hit.entering) {

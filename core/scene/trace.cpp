@@ -7,8 +7,8 @@
 namespace tilecast {
 namespace {
 
-// visit_instances for at most kLanes of them, near ones first; by other means than the accelerators', to the same end.
-template <class Visit>
+// visit_instances for at most kLanes of them; by other means than the accelerators', to the same end.
+template <bool kNearFirst, class Visit>
 bool visit_few(const Assembly& assembly, const Ray& ray, const double& t_max, Visit&& visit) {
   FloatLine line;
   if (!enter_line(assembly.frame, ray, line)) return false;
@@ -21,34 +21,50 @@ bool visit_few(const Assembly& assembly, const Ray& ray, const double& t_max, Vi
   Float8 from;
   Mask8 met = meets(assembly.few, line, first - std::fabs(first) * 0x1p-22f - room, last(t_max), from);
   met &= kLaneNumbers < static_cast<int>(assembly.instances.size());
+  if constexpr (!kNearFirst) {
+    for (unsigned left = bits(met); left != 0; left &= left - 1)
+      if (visit(static_cast<uint32_t>(std::countr_zero(left)))) return true;
+    return false;
+  }
   from = met ? from : all(kMissed);
   for (;;) {
     const float next = least(from);
     if (next == kMissed || next > last(t_max)) return false;
     const int lane = std::countr_zero(bits(from == next));
     from = kLaneNumbers == lane ? all(kMissed) : from;
-    if (visit(static_cast<uint32_t>(lane), assembly.instances[lane].local(ray))) return true;
+    if (visit(static_cast<uint32_t>(lane))) return true;
   }
 }
 
-// Visits the instances whose boxes the ray meets before t_max; visit(instance index, ray in its space) may lower t_max
-// and ends the visit by returning true.
-template <class Cost, class Visit>
+// Visits the instances whose boxes the ray meets before t_max; visit(index) may lower t_max, which is worth looking at
+// near ones first, and ends the visit by returning true.
+template <bool kNearFirst, class Cost, class Visit>
 bool visit_instances(const Assembly& assembly, const Ray& ray, const double& t_max, Cost& cost, Visit&& visit) {
   TILECAST_COUNT(group);
   if constexpr (std::is_same_v<Cost, NoCost>)
-    if (assembly.instances.size() <= kLanes) return visit_few(assembly, ray, t_max, visit);
+    if (assembly.instances.size() <= kLanes) return visit_few<kNearFirst>(assembly, ray, t_max, visit);
   FrameRay local;
   if (!enter_boxes(assembly.frame, ray, local)) return false;
   float s_max = local.s_above(t_max);
   return assembly.accelerator.traverse(local, local.s_below(ray.t_min), s_max, cost, [&](uint32_t first, uint32_t count) {
-    for (uint32_t i = first; i < first + count; ++i) {
-      uint32_t index = assembly.accelerator.order()[i];
-      if (visit(index, assembly.instances[index].local(ray))) return true;
-    }
+    for (uint32_t i = first; i < first + count; ++i)
+      if (visit(assembly.accelerator.order()[i])) return true;
     s_max = local.s_above(t_max);
     return false;
   });
+}
+
+// The hit of a flat under an instance in t_min < t <= t_max. Most rays are through after two of the six coordinates.
+bool intersect(const Instance& instance, const Flat& flat, const Ray& ray, double t_max, double& t, bool& entering) {
+  const Vec3 origin = ray.origin - instance.to_local.origin;
+  const glm::dmat3& m = instance.to_local.linear;
+  const double direction = multiply_add(m, ray.direction, 0.0, 1);
+  if (direction == 0.0) return false;  // in the plane: a miss
+  t = -multiply_add(m, origin, 0.0, 1) / direction;
+  if (!(t > ray.t_min && t <= t_max)) return false;
+  entering = direction < 0.0;
+  return covers(flat, std::fma(t, multiply_add(m, ray.direction, 0.0, 0), multiply_add(m, origin, 0.0, 0)),
+                std::fma(t, multiply_add(m, ray.direction, 0.0, 2), multiply_add(m, origin, 0.0, 2)));
 }
 
 // By how much t moves where the line is displaced against a surface with this normal. Where they are nearly parallel, no
@@ -112,8 +128,16 @@ void closest(const Scene& scene, const Object& object, const Ray& ray, uint64_t 
     }
     case Kind::Group: {
       const Assembly& group = scene.groups[object.index];
-      visit_instances(group, ray, best.t, cost, [&](uint32_t i, const Ray& local) {
-        closest(scene, scene.objects[group.instances[i].object], local, base + group.first_primitive[i], best, cost);
+      visit_instances<true>(group, ray, best.t, cost, [&](uint32_t i) {
+        const Instance& instance = group.instances[i];
+        const Object& inner = scene.objects[instance.object];
+        const uint64_t first = base + group.first_primitive[i];
+        if (inner.kind == Kind::Flat) {
+          Hit hit{0.0, first};
+          if (intersect(instance, scene.flats[inner.index], ray, best.t, hit.t, hit.entering)) offer(hit);
+        } else {
+          closest(scene, inner, instance.local(ray), first, best, cost);
+        }
         return false;
       });
       break;
@@ -161,8 +185,15 @@ bool occluded(const Scene& scene, const Object& object, const Ray& ray, uint64_t
     }
     default: {
       const Assembly& group = scene.groups[object.index];
-      return visit_instances(group, ray, ray.t_max, free, [&](uint32_t i, const Ray& local) {
-        return occluded(scene, scene.objects[group.instances[i].object], local, base + group.first_primitive[i], occluder);
+      return visit_instances<false>(group, ray, ray.t_max, free, [&](uint32_t i) {
+        const Instance& instance = group.instances[i];
+        const Object& inner = scene.objects[instance.object];
+        const uint64_t first = base + group.first_primitive[i];
+        if (inner.kind != Kind::Flat) return occluded(scene, inner, instance.local(ray), first, occluder);
+        double t;
+        bool entering;
+        occluder = first;
+        return intersect(instance, scene.flats[inner.index], ray, ray.t_max, t, entering);
       });
     }
   }
@@ -215,7 +246,8 @@ bool occluded(const Scene& scene, const Ray& ray) {
 }
 
 bool occluded(const Scene& scene, const Ray& ray, uint64_t& occluder) {
-  if (occluded_by(scene, ray, occluder)) return true;
+  // Among few primitives, asking for one of them costs more than it saves.
+  if (scene.objects[scene.root].primitives > kLanes * kLanes && occluded_by(scene, ray, occluder)) return true;
   return occluded(scene, scene.objects[scene.root], ray, 0, occluder);
 }
 
@@ -272,8 +304,9 @@ void crossings(const Scene& scene, const Object& object, const Ray& line, uint64
       Ray whole = line;
       whole.t_min = -kInfinity;
       size_t begin = out.size();
-      visit_instances(group, whole, kInfinity, free, [&](uint32_t i, const Ray& local) {
-        crossings(scene, scene.objects[group.instances[i].object], local, base + group.first_primitive[i], out);
+      visit_instances<false>(group, whole, kInfinity, free, [&](uint32_t i) {
+        const Instance& instance = group.instances[i];
+        crossings(scene, scene.objects[instance.object], instance.local(whole), base + group.first_primitive[i], out);
         return false;
       });
       tidy(out, begin, group.accelerator);

@@ -1,0 +1,244 @@
+"""Path tracing against Mitsuba 3: the same scenes, both on all cores, taking turns; prints the time to equal error.
+
+    .venv/bin/python core/bench/mitsuba_compare.py [--runs 3] [--samples 16,64,256] [--json out/mitsuba.json]
+
+Needs `pip install mitsuba`, and for llvm_ad_rgb Debian's libllvm19. Same depth, box filter, light and materials. For each
+scene both render a long reference. The squared error of an image I is the mean of (I - R1)(I - R2), R1 ours and R2
+Mitsuba's: neither's noise biases it. Ours is rendered at powers of two of samples; where its error is the one that
+Mitsuba has at 16, 64 and 256 samples follows by interpolation in log-log. Seconds are those of rendering alone: Mitsuba's
+after a first run that compiles its kernels, ours `seconds.render`. The ratio is Mitsuba's time over ours at equal error.
+
+Whether the images agree: the difference of the means of the two references, for each channel, and the largest z-score of
+64 blocks of pixels, whose standard errors come from independent halves of ours and independent seeds of Mitsuba's.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import statistics
+import time
+from pathlib import Path
+
+import numpy as np
+
+import tilecast
+from tilecast.scene import transforms
+from tilecast.scene.loading import load_document
+
+SIZE, DEPTH, BLOCKS = 256, 8, 8
+SCENES = Path(__file__).resolve().parents[2] / "scenes"
+for _library in ("/usr/lib/x86_64-linux-gnu/libLLVM.so.19.1", "/usr/lib/llvm-19/lib/libLLVM.so.19.1"):
+    if os.path.exists(_library):
+        os.environ.setdefault("DRJIT_LIBLLVM_PATH", _library)
+
+
+_UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])  # +z to +y, y to -z
+# --- The scenes, in both languages
+
+def cornell() -> tuple[dict, dict]:
+    ours = json.loads((SCENES / "cornell.json").read_text())
+    ours["image"] |= {"width": SIZE, "height": SIZE}
+    ours["render"] |= {"max_depth": DEPTH}
+    return ours, translated(ours)
+
+
+def glass_and_mirror() -> tuple[dict, dict]:
+    """The box with a ball of glass and one of mirror instead of the cubes."""
+    ours, _ = cornell()
+    ours["materials"] |= {"glass": {"type": "dielectric", "ior": 1.5}, "mirror": {"type": "mirror"}}
+    ours["scene"] = [node for node in ours["scene"] if node["object"] != "cube"] + [
+        {"object": {"type": "sphere", "radius": 0.35}, "material": "glass", "transform": [{"translate": [0.4, -0.64, 0.3]}]},
+        {"object": {"type": "sphere", "radius": 0.4}, "material": "mirror", "transform": [{"translate": [-0.4, -0.59, -0.3]}]}]
+    return ours, translated(ours)
+
+
+def thousand_lights() -> tuple[dict, dict]:
+    """The box under 1,000 points of light of unequal power instead of the lamp."""
+    ours, _ = cornell()
+    rng = np.random.default_rng(1000)
+    ours["scene"] = [node for node in ours["scene"] if node["material"] != "lamp"]
+    ours["lights"] = [{"type": "point", "position": [float(x) for x in rng.uniform([-0.9, 0.2, -0.9], [0.9, 0.95, 0.9])],
+                       "intensity": [float(x) for x in 0.004 * rng.pareto(2.0) * rng.uniform(0.2, 1.0, 3)]}
+                      for _ in range(1000)]
+    return ours, translated(ours)
+
+
+CASES = {"cornell": cornell, "glass and mirror": glass_and_mirror, "1,000 lights": thousand_lights}
+
+
+def translated(scene: dict) -> dict:
+    """A scene of rectangles, boxes, spheres, area and point lights as Mitsuba's dictionary."""
+    camera, image = scene["camera"], scene["image"]
+    out = {"type": "scene",
+           "integrator": {"type": "path", "max_depth": scene["render"]["max_depth"]},
+           "sensor": {"type": "perspective", "fov": camera["fov"], "fov_axis": "y", "near_clip": 1e-3,
+                      "to_world": look_at(camera),
+                      "film": {"type": "hdrfilm", "width": image["width"], "height": image["height"],
+                               "rfilter": {"type": "box"}, "pixel_format": "rgb", "component_format": "float32"},
+                      "sampler": {"type": "independent"}}}
+    placed = transforms.matrices([node.transform for node in load_document(scene)[0].scene])
+    for i, (node, place) in enumerate(zip(scene["scene"], placed)):
+        shape = node["object"]
+        shape = scene["objects"][shape] if isinstance(shape, str) else shape
+        material = scene["materials"][node["material"]]
+        out[f"shape{i}"] = {**shape_of(shape, place), "bsdf": bsdf_of(material)}
+        if any(material.get("emission", [])):
+            out[f"shape{i}"]["emitter"] = {"type": "area", "radiance": rgb(material["emission"])}
+    for i, light in enumerate(scene.get("lights", [])):
+        out[f"light{i}"] = {"type": "point", "position": light["position"], "intensity": rgb(light["intensity"])}
+    return out
+
+
+def shape_of(shape: dict, place: np.ndarray) -> dict:
+    def placed(*first: np.ndarray):
+        import mitsuba as mi
+        return mi.ScalarTransform4f(np.linalg.multi_dot([place, np.eye(4), *first]))
+
+    match shape["type"]:
+        case "rectangle":  # Mitsuba's: half-size 1, in xy, facing +z
+            x, z = shape["size"]
+            return {"type": "rectangle",
+                    "to_world": placed(np.diag([x / 2, 1, z / 2, 1]), _UPRIGHT)}
+        case "box":  # of half-size 1
+            return {"type": "cube", "to_world": placed()}
+        case "sphere":
+            return {"type": "sphere", "to_world": placed(np.diag([shape["radius"]] * 3 + [1]))}
+    raise ValueError(shape["type"])
+
+
+def bsdf_of(material: dict) -> dict:
+    match material["type"]:
+        case "diffuse":
+            return {"type": "diffuse", "reflectance": rgb(material["reflectance"])}
+        case "mirror":
+            return {"type": "conductor", "material": "none"}
+        case "dielectric":
+            return {"type": "dielectric", "int_ior": material["ior"], "ext_ior": 1.0}
+    raise ValueError(material["type"])
+
+
+def rgb(value: list[float]) -> dict:
+    return {"type": "rgb", "value": list(value)}
+
+
+def look_at(camera: dict):
+    import mitsuba as mi
+    return mi.ScalarTransform4f().look_at(origin=camera["position"], target=camera["target"], up=camera["up"])
+
+
+# --- Rendering
+
+class Mitsuba:
+    def __init__(self, variant: str, build):
+        import mitsuba as mi
+        mi.set_variant(variant)
+        _, described = build()
+        self.mi, self.scene = mi, mi.load_dict(described)
+
+    def render(self, samples: int, seed: int) -> tuple[np.ndarray, float]:
+        """(pixels [h, w, 3], seconds)"""
+        began = time.perf_counter()
+        image = np.array(self.mi.render(self.scene, spp=samples, seed=seed))
+        return image.astype(np.float64), time.perf_counter() - began
+
+
+class Ours:
+    def __init__(self, build):
+        self.described, _ = build()
+
+    def render(self, samples: int, seed: int) -> tuple[np.ndarray, float]:
+        self.described["render"]["seed"] = seed
+        image = tilecast.render(tilecast.load(self.described), samples=samples)
+        return image.pixels.astype(np.float64), image.stats["seconds"]["render"]
+
+
+def reference(renderer, samples: int, seed: int, parts: int = 8) -> np.ndarray:
+    """[parts, h, w, 3]: independent renders of samples / parts each."""
+    return np.array([renderer.render(samples // parts, seed + part)[0] for part in range(parts)])
+
+
+def agreement(a: np.ndarray, b: np.ndarray) -> dict:
+    """Of two references' independent parts: relative difference of the channels' means; the largest z-score of blocks."""
+    means = [parts.mean((0, 1, 2)) for parts in (a, b)]
+
+    def blocks(parts: np.ndarray) -> np.ndarray:
+        n, h, w, c = parts.shape
+        return parts.reshape(n, BLOCKS, h // BLOCKS, BLOCKS, w // BLOCKS, c).mean((2, 4))
+
+    block = [blocks(parts) for parts in (a, b)]
+    # Student's t of two samples; its quantile for a family-wise error of 1e-3.
+    difference = block[0].mean(0) - block[1].mean(0)
+    error = np.sqrt(sum(part.var(0, ddof=1) / len(part) for part in block))
+    return {"channels": (means[0] / means[1] - 1).tolist(), "largest_z": float(np.abs(difference / error).max()),
+            "of": int(difference.size)}
+
+
+def mse(image: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
+    return float(((image - first) * (image - second)).mean())
+
+
+def measure(name: str, variant: str, counts: list[int], runs: int, samples: int) -> dict:
+    theirs, ours = Mitsuba(variant, CASES[name]), Ours(CASES[name])
+    long = [reference(ours, samples, 1000), reference(theirs, samples, 2000)]
+    first, second = (parts.mean(0) for parts in long)
+    row = {"scene": name, "variant": variant, "agreement": agreement(*long), "points": []}
+    our_counts = [2**k for k in range(2, 2 + int(math.log2(max(counts))))]
+    for count in counts:
+        theirs.render(count, 1)  # compiles
+    found: dict[tuple[str, int], list[tuple[float, float]]] = {}
+    for run in range(runs):
+        for count in counts:
+            image, seconds = theirs.render(count, 10 + run)
+            found.setdefault(("theirs", count), []).append((mse(image, first, second), seconds))
+        for count in our_counts:
+            image, seconds = ours.render(count, 10 + run)
+            found.setdefault(("ours", count), []).append((mse(image, first, second), seconds))
+    curve = [[statistics.median(values) for values in zip(*found["ours", count])] for count in our_counts]
+    for count in counts:
+        error, seconds = (statistics.median(values) for values in zip(*found["theirs", count]))
+        # The error falls along the curve, np.interp wants it to rise.
+        logs = np.log([[max(e, 1e-30), s] for e, s in reversed(curve)])
+        equal = math.exp(np.interp(math.log(error), logs[:, 0], logs[:, 1]))
+        inside = logs[0, 0] <= math.log(error) <= logs[-1, 0]
+        row["points"].append({"samples": count, "mse": error, "seconds": seconds, "ours_at_equal_mse": equal,
+                              "ratio": seconds / equal, "inside": bool(inside)})
+    row["ours"] = [{"samples": count, "mse": e, "seconds": s} for count, (e, s) in zip(our_counts, curve)]
+    return row
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--runs", type=int, default=3)
+    parser.add_argument("--samples", default="16,64,256", help="of Mitsuba, whose error ours has to reach")
+    parser.add_argument("--reference", type=int, default=2048, help="samples of each of the two references")
+    parser.add_argument("--variants", default="llvm_ad_rgb,scalar_rgb")
+    parser.add_argument("--scenes", default=",".join(["cornell", "glass and mirror"]))
+    parser.add_argument("--json", type=Path)
+    arguments = parser.parse_args()
+    try:
+        import mitsuba  # noqa: F401
+    except ImportError:
+        raise SystemExit("Mitsuba is not installed: .venv/bin/python -m pip install mitsuba") from None
+    rows = []
+    for name in arguments.scenes.split(","):
+        for variant in arguments.variants.split(","):
+            row = measure(name, variant, [int(n) for n in arguments.samples.split(",")], arguments.runs,
+                          arguments.reference)
+            rows.append(row)
+            agreed = row["agreement"]
+            print(f"{name}, {variant}: means differ by {' '.join(f'{x:+.3%}' for x in agreed['channels'])}; "
+                  f"largest z of {agreed['of']} blocks and channels {agreed['largest_z']:.1f}")
+            for point in row["points"]:
+                print(f"  {point['samples']:5} samples: MSE {point['mse']:.3g} in {point['seconds']:.2f} s, ours in "
+                      f"{point['ours_at_equal_mse']:.2f} s: {point['ratio']:.2f} times as fast"
+                      + ("" if point["inside"] else " (beyond what was measured)"), flush=True)
+    if arguments.json:
+        arguments.json.parent.mkdir(parents=True, exist_ok=True)
+        arguments.json.write_text(json.dumps(rows, indent=2) + "\n")
+
+
+if __name__ == "__main__":
+    main()
