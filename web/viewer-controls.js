@@ -1,4 +1,4 @@
-/** What stands under the picture: exposure, tone, size, and the files to keep. */
+/** What stands under the picture: exposure, tone, size, the map of the error, and the files to keep. */
 
 import { element, setText } from "./dom.js";
 
@@ -13,6 +13,19 @@ export function viewerControls(viewer, job) {
   const reset = element("button", { type: "button", onclick: () => { exposure.value = 0; tone.value = "clip"; apply(); } }, "Reset");
   const size = element("button", { type: "button", "aria-pressed": "false", onclick: resize }, "Actual size");
 
+  const map = element("button", { type: "button", "aria-pressed": "false", onclick: showMap }, "Error map");
+  const mapped = element("img", { class: "error-map", hidden: true, alt: "The relative error about each pixel, from black (1e-6 or less) to bright (1 or more)" });
+  viewer.canvas.after(mapped);
+
+  /** The map as it stands now, in the picture's place, or the picture again. */
+  function showMap() {
+    const on = mapped.hidden;
+    if (on) mapped.src = `${job.links.error_map}?at=${Date.now()}`;
+    mapped.hidden = !on;
+    viewer.canvas.hidden = on;
+    map.setAttribute("aria-pressed", String(on));
+  }
+
   function apply() {
     const stops = Number(exposure.value);
     setText(value, `${stops > 0 ? "+" : ""}${stops.toFixed(1)} EV`);
@@ -21,6 +34,7 @@ export function viewerControls(viewer, job) {
 
   function resize() {
     const actual = viewer.canvas.classList.toggle("actual");
+    mapped.classList.toggle("actual", actual);
     size.setAttribute("aria-pressed", String(actual));
   }
 
@@ -29,7 +43,7 @@ export function viewerControls(viewer, job) {
     element("div", { class: "controls" },
       element("span", { class: "pair" }, element("label", { for: "exposure" }, "Exposure"), exposure, value),
       element("span", { class: "pair" }, element("label", { for: "tone" }, "Tone"), tone),
-      element("span", { class: "pair" }, reset, size)),
+      element("span", { class: "pair" }, reset, size, map)),
     element("p", { class: "downloads" }, "Download ",
       ...files(job).map(([label, address, name]) => element("a", { class: "button", href: address, download: name }, label))));
 }

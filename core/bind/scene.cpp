@@ -1,5 +1,6 @@
 #include "bind/bind.h"
 #include "render/chunk.h"
+#include "render/first_hits.h"
 
 using namespace tilecast;
 
@@ -25,6 +26,15 @@ std::pair<uint64_t, uint64_t> camera_cost_of(const Scene& scene, int x, int y, i
   py::gil_scoped_release release;
   TraversalCost cost = camera_cost(scene, {x, y, width, height});
   return {cost.steps, cost.tests};
+}
+
+py::array first_hits_of(const Scene& scene, int x, int y, int width, int height, uint32_t samples) {
+  std::vector<float> hits;
+  {
+    py::gil_scoped_release release;
+    hits = first_hits(scene, {x, y, width, height}, samples);
+  }
+  return to_array(std::move(hits), {height, width, kFirstHitChannels});
 }
 
 py::object bounds_of(const Scene& scene) {
@@ -67,6 +77,9 @@ void bind_scene(py::module_& module) {
       .def_property_readonly("accelerator", &accelerator_of, "kind, nodes, references, bytes and build seconds, all levels together; cost: expected steps and tests of a line.")
       .def("render_chunk", &chunk_of, py::arg("x"), py::arg("y"), py::arg("width"), py::arg("height"), py::arg("first"),
            py::arg("count"), "Samples first .. first + count - 1 of the tile's pixels; (x, y): its top left pixel.")
+      .def("first_hits", &first_hits_of, py::arg("x"), py::arg("y"), py::arg("width"), py::arg("height"), py::arg("samples"),
+           "[h, w, 7] float32, what the camera sees first in each pixel of a tile, a mean over its first samples: albedo (red, "
+           "green, blue), outward geometric normal (x, y, z: world space), distance in metres; 0 where nothing is hit.")
       .def("camera_cost", &camera_cost_of, py::arg("x"), py::arg("y"), py::arg("width"), py::arg("height"),
            "(steps through the accelerator, primitives tested) of a ray through the centre of each pixel of a tile.");
   bind_queries(module, scene);

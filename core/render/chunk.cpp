@@ -3,15 +3,12 @@
 #include "base/error.h"
 
 namespace tilecast {
-namespace {
 
 void check(const Tile& tile, const Camera& camera) {
   if (tile.x < 0 || tile.y < 0 || tile.width < 1 || tile.height < 1 || tile.width > camera.width() - tile.x ||
       tile.height > camera.height() - tile.y)
     throw Error("the tile lies outside of the image");
 }
-
-}  // namespace
 
 ChunkSums render_chunk(const Scene& scene, const Tile& tile, uint32_t first, uint32_t count) {
   const Camera& camera = scene.camera;

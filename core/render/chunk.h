@@ -11,6 +11,9 @@ struct Tile {
   int x, y, width, height;  // pixels from the top left of the image
 };
 
+// Refuses a tile that is not inside the image.
+void check(const Tile& tile, const Camera& camera);
+
 struct ChunkSums {
   // [2, height, width, 3]: linear RGB radiance summed over the even (0) and odd (1) sample indices.
   std::vector<double> sums;

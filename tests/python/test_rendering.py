@@ -55,7 +55,9 @@ def test_an_image_is_rendered_to_its_last_sample():
     tiles = [event for event in events if event["type"] == "tile"]
     assert len(tiles) == chunks
     assert tiles[-1]["samples"] == 21 and tiles[-1]["version"] == len(plan.ranges)
-    assert set(tiles[0]) == {"type", "column", "row", "x", "y", "width", "height", "version", "samples"}
+    assert set(tiles[0]) == {"type", "column", "row", "x", "y", "width", "height", "version", "samples",
+                              "relative_mse"}
+    assert np.mean([tile["relative_mse"] for tile in tiles[-len(plan.tiles):]]) > 0
     errors = [event for event in events if event["type"] == "error"]
     assert [event["samples"] for event in errors] == [2, 4, 8, 16, 21]
     assert {"seconds", "samples", "mse", "relative_mse", "low", "high"} <= set(errors[0])

@@ -29,7 +29,8 @@ def test_a_job_is_told_from_its_first_tile_to_its_last_state(server):
     for event in events:
         if event.event == "tile":
             tile = json.loads(event.data)
-            assert tile.keys() == {"column", "row", "x", "y", "width", "height", "version", "samples"}
+            assert tile.keys() == {"column", "row", "x", "y", "width", "height", "version", "samples",
+                                   "relative_mse"}
             place = (tile["column"], tile["row"])
             assert tile["version"] > versions.get(place, 0)
             versions[place] = tile["version"]

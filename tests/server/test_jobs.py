@@ -7,6 +7,10 @@ import numpy as np
 import pytest
 from servers import exr, locally, long_scene, scene, until
 
+from tilecast import _core
+from tilecast import scene as scenes
+from tilecast.render import layers, local, output
+
 
 def test_a_scene_becomes_a_picture(server, tmp_path):
     answer = server.client.post("/v1/jobs", json=scene(samples=16))
@@ -55,6 +59,35 @@ def test_pictures_are_there_before_the_end(server, tmp_path):
     server.client.delete(job["links"]["self"])
     # And of a job that was given up, what there was.
     assert exr(server, job, tmp_path).max() > 0
+
+
+def test_an_exr_holds_layers_and_the_error_has_a_map(server, tmp_path):
+    document = scene(width=50, height=40, samples=16)
+    job = server.reach(server.submit(document), "done")
+    compiled = scenes.compile(scenes.parse(document), lambda name: b"")
+    image = local.render(compiled, threads=2)
+    expected = layers.error_layers(image.pixels, image.variance, image.sample_counts) \
+        | layers.first_hit_layers(local.first_hits(compiled))
+    for _ in range(2):  # made, then kept
+        exr(server, job, tmp_path)
+        pixels, channels, _ = _core.read_image(str(tmp_path / "image.exr"))
+        assert set(channels) == {"R", "G", "B", *expected}
+        for name, values in expected.items():
+            assert np.array_equal(pixels[..., channels.index(name)], values), name
+    answer = server.client.get(job["links"]["error_map"])
+    assert answer.headers["content-type"] == "image/png"
+    assert answer.content == output.error_png(image.pixels, image.variance)
+    tiles = server.client.get(job["links"]["tiles"]).json()["tiles"]
+    weighted = sum(tile["relative_mse"] * tile["width"] * tile["height"] for tile in tiles) / (50 * 40)
+    assert weighted == pytest.approx(image.error["relative_mse"])
+
+
+def test_a_job_under_way_has_a_map_of_its_error(server):
+    job = server.submit(long_scene(seed=77))
+    server.progressed(job, 0.01)
+    assert server.client.get(job["links"]["error_map"]).content.startswith(b"\x89PNG")
+    server.client.delete(job["links"]["self"])
+    assert server.client.get(job["links"]["error_map"]).content.startswith(b"\x89PNG")
 
 
 def test_a_job_that_waits_has_a_black_picture(server):
@@ -131,7 +164,7 @@ def test_deleting_leaves_no_blobs(server):
     job = server.submit(scene(seed=4711))
     server.reach(job, "done")
     folder = server.folder / "blobs" / "jobs" / job["id"]
-    assert {path.name for path in folder.iterdir()} == {"pixels.npy", "thumbnail.png"}
+    assert {path.name for path in folder.iterdir()} == {"pixels.npy", "variance.npy", "thumbnail.png"}
     before = set((server.folder / "blobs" / "scenes").iterdir())
     server.client.delete(job["links"]["self"])
     assert not folder.exists()

@@ -3,6 +3,7 @@
 import threading
 
 import pytest
+from sqlalchemy import create_engine, text
 
 from tilecast.jobs.faults import CannotStart, InUse, KeyReused, TooMany
 from tilecast.jobs.records import NewJob, TileRow
@@ -132,6 +133,22 @@ def test_a_change_needs_the_state_that_it_was_decided_on(store):
     assert store.get("a").state is State.RUNNING
 
 
+def test_a_database_of_an_earlier_version_gets_the_columns_that_it_lacks(url):
+    store = Store(url)
+    add(store, "a")
+    store.close()
+    engine = create_engine(url)
+    with engine.begin() as connection:
+        connection.execute(text("ALTER TABLE tiles DROP COLUMN relative_mse"))
+        connection.execute(text("INSERT INTO tiles (job, index, version, samples, event) VALUES ('a', 0, 1, 2, 5)"
+                                .replace("index", '"index"')))
+    engine.dispose()
+    store = Store(url)
+    store.save_progress("a", [TileRow(1, 1, 2, relative_mse=0.5)], [])
+    assert [tile.relative_mse for tile in store.tiles("a")] == [None, 0.5]
+    store.close()
+
+
 def told(store: Store, job: str, event: int) -> list[tuple]:
     return [(entry.event, entry.type, entry.data) for entry in store.since(job, event)]
 
@@ -139,13 +156,13 @@ def told(store: Store, job: str, event: int) -> list[tuple]:
 def test_listeners_hear_what_they_missed_in_order(store):
     job = add(store, "a")
     store.save_progress("a", [TileRow(0, 1, 2), TileRow(1, 1, 2)], [])
-    store.save_progress("a", [TileRow(0, 2, 4)], [{"samples": 2}], progress=0.5)
+    store.save_progress("a", [TileRow(0, 2, 4, relative_mse=0.25)], [{"samples": 2}], progress=0.5)
     store.change(job, Status(State.PAUSED), {"state": "paused"})
     assert told(store, "a", 0) == [
         (1, "state", {"state": "queued"}),
-        (3, "tile", {"index": 1, "version": 1, "samples": 2}),
+        (3, "tile", {"index": 1, "version": 1, "samples": 2, "relative_mse": None}),
         (4, "error", {"samples": 2}),
-        (5, "tile", {"index": 0, "version": 2, "samples": 4}),
+        (5, "tile", {"index": 0, "version": 2, "samples": 4, "relative_mse": 0.25}),
         (6, "state", {"state": "paused"}),
     ]
     assert [number for number, _, _ in told(store, "a", 4)] == [5, 6]

@@ -98,3 +98,17 @@ def test_killed_and_restarted_server_is_found_again(own_server, page, tmp_path):
 def test_unknown_job_says_so(server, page):
     page.goto(f"{server.url}/#/jobs/no-such-job")
     expect(page.get_by_role("alert")).to_contain_text("There is no such job")
+
+
+def test_the_map_of_the_error_takes_the_picture_s_place_and_gives_it_back(server, page):
+    job = post(server.url, scene())
+    open_job(page, server.url, job["id"])
+    wait_for_state(page, "done")
+    button, shown = page.get_by_role("button", name="Error map"), page.locator(".stage img")
+    button.click()
+    expect(shown).to_be_visible()
+    page.wait_for_function("() => document.querySelector('.stage img').naturalWidth === document.querySelector('.stage canvas').width")
+    expect(page.locator(".stage canvas")).to_be_hidden()
+    button.click()
+    expect(shown).to_be_hidden()
+    expect(page.locator(".stage canvas")).to_be_visible()

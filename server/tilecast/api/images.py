@@ -50,8 +50,16 @@ def tile(
 
 @router.get("/image.{format}", response_class=Response, responses=_content("png", "exr"))
 def image(job_id: JobId, format: Literal["png", "exr"], request: Request, manager: Manager) -> Response:
-    """The whole image: PNG (sRGB, 8 bits) or EXR (linear, 32 bits)."""
+    """The whole image: PNG (sRGB, 8 bits) or EXR (linear, 32 bits), which holds its error, samples, albedo, normals and
+    depth as layers."""
     return _picture(job_id, format, request, manager)
+
+
+@router.get("/error.png", response_class=Response, responses=_content("png"))
+def error_map(job_id: JobId, request: Request, manager: Manager) -> Response:
+    """Where the error is: the relative squared error about each pixel as a colour, from black (1e-6 or less) to bright
+    (1 or more), logarithmic."""
+    return _picture(job_id, "error", request, manager)
 
 
 @router.get("/thumbnail.png", response_class=Response, responses=_content("png"))
@@ -68,8 +76,9 @@ def _picture(job_id: str, kind: str, request: Request, manager: Manager) -> Resp
     data = manager.images.image(job, kind)
     headers = caching(tag)
     if kind != "thumbnail":
-        headers["Content-Disposition"] = f'inline; filename="{job.id}.{kind}"'
-    return Response(data, media_type=_TYPES["png" if kind == "thumbnail" else kind], headers=headers)
+        name = f"{job.id}-error.png" if kind == "error" else f"{job.id}.{kind}"
+        headers["Content-Disposition"] = f'inline; filename="{name}"'
+    return Response(data, media_type=_TYPES.get(kind, "image/png"), headers=headers)
 
 
 @router.get("/curve")

@@ -31,6 +31,7 @@ class LinksView(View):
     tiles: str
     image: str
     exr: str
+    error_map: str
     thumbnail: str
     curve: str
     stats: str
@@ -90,6 +91,7 @@ def job_view(job: Job) -> JobView:
             tiles=f"{here}/tiles",
             image=f"{here}/image.png",
             exr=f"{here}/image.exr",
+            error_map=f"{here}/error.png",
             thumbnail=f"{here}/thumbnail.png",
             curve=f"{here}/curve",
             stats=f"{here}/stats",

@@ -27,27 +27,40 @@ def render(
     set_: options.Set = None,
     stats: Annotated[Path | None, typer.Option(help="Write the statistics to this file, JSON.",
                                                show_default=False)] = None,
+    error_map: Annotated[Path | None, typer.Option(
+        help="Write a map of where the error is to this file, PNG: the relative squared error from 1e-6 (black) to 1.",
+        show_default=False)] = None,
     quiet: options.Quiet = False,
 ) -> None:
-    """Render a scene to an image."""
+    """Render a scene to an image. An EXR also holds its error, samples, albedo, normals and depth, as layers."""
     settings = options.settings(set_, samples=samples, seconds=seconds, error=error, size=size,
                                 accelerator=accelerator, integrator=integrator, seed=seed)
     if output.suffix.lower() not in (".png", ".exr"):
         raise typer.BadParameter(f"must end in .png or .exr, got {str(output)!r}", param_hint="--output")
-    for path in filter(None, (output, stats)):
+    if error_map is not None and error_map.suffix.lower() != ".png":
+        raise typer.BadParameter(f"must end in .png, got {str(error_map)!r}", param_hint="--error-map")
+    for path in filter(None, (output, stats, error_map)):
         writable(path)
 
     with failing(scene, settings):
         from ..scene.loading import load
         compiled = load(scene, settings=settings)
 
+        from ..render import layers
         from ..render import output as files
+        from ..render.local import first_hits
         from ..render.local import render as render_image
         from .progress import progress, report_end
         with progress(scene.name, quiet) as report:
             image = render_image(compiled, threads=threads, on_event=report)
         start = time.perf_counter()
-        files.write_file(output, files.encode(output.suffix, image.pixels, {"Software": "tilecast"}, image.stats))
+        channels = None
+        if output.suffix.lower() == ".exr":
+            channels = layers.error_layers(image.pixels, image.variance, image.sample_counts) \
+                | layers.first_hit_layers(first_hits(compiled, threads))
+        files.write_file(output, files.encode(output.suffix, image.pixels, {"Software": "tilecast"}, image.stats, channels))
+        if error_map:
+            files.write_file(error_map, files.error_png(image.pixels, image.variance))
         image.stats["seconds"]["write"] = time.perf_counter() - start
         if stats:
             files.write_file(stats, (json.dumps(image.stats, indent=2) + "\n").encode())

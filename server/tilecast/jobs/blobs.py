@@ -5,6 +5,8 @@ Keys:
     assets/{sha256}                 an uploaded file
     jobs/{id}/tiles/{index}-{n}     a tile with n sample ranges: everything needed to go on
     jobs/{id}/pixels.npy            the finished image, float32 [height, width, 3]
+    jobs/{id}/variance.npy          of the finished image's pixels, the same
+    jobs/{id}/first-hits.npy        what the camera sees first, float32 [height, width, 7], where somebody asked for it
     jobs/{id}/thumbnail.png
     uploads/{random}                an asset on its way in, not yet verified
 """
@@ -170,6 +172,14 @@ def tile_key(job: str, index: int, version: int) -> str:
 
 def pixels_key(job: str) -> str:
     return f"jobs/{job}/pixels.npy"
+
+
+def variance_key(job: str) -> str:
+    return f"{job_prefix(job)}/variance.npy"
+
+
+def first_hits_key(job: str) -> str:
+    return f"{job_prefix(job)}/first-hits.npy"
 
 
 def thumbnail_key(job: str) -> str:

@@ -2,7 +2,7 @@
 
 import time
 
-from sqlalchemy import Connection, Engine, create_engine, event, make_url, text
+from sqlalchemy import Connection, Engine, MetaData, create_engine, event, inspect, make_url, text
 from sqlalchemy.exc import ArgumentError, SQLAlchemyError
 
 from tilecast.jobs.faults import CannotStart, InUse
@@ -37,6 +37,18 @@ def own(engine: Engine) -> Connection | None:
         time.sleep(_OWNING_PAUSE)
     connection.close()
     raise InUse("another Tilecast server uses this database; stop it, or give this one a database of its own")
+
+
+def add_missing_columns(engine: Engine, metadata: MetaData) -> None:
+    """Give the tables of an earlier version the columns that came since; those may be null."""
+    known = inspect(engine)
+    with engine.begin() as connection:
+        for table in metadata.sorted_tables:
+            there = {column["name"] for column in known.get_columns(table.name)}
+            for column in table.columns:
+                if column.name not in there:
+                    kind = column.type.compile(engine.dialect)
+                    connection.execute(text(f"ALTER TABLE {table.name} ADD COLUMN {column.name} {kind}"))
 
 
 def cannot_open(url: str, error: Exception) -> CannotStart:

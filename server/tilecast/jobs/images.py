@@ -4,17 +4,21 @@ import io
 import threading
 from collections import OrderedDict
 from collections.abc import Callable
+from contextlib import suppress
 
 import numpy as np
 import structlog
 
-from tilecast.jobs.blobs import Blobs, pixels_key, thumbnail_key, tile_key
+from tilecast.jobs.blobs import Blobs, pixels_key, thumbnail_key, tile_key, variance_key
+from tilecast.jobs.faults import NotYet
+from tilecast.jobs.first_hits import FirstHits
 from tilecast.jobs.records import Job
 from tilecast.jobs.state import State
 from tilecast.jobs.store import Store
 from tilecast.jobs.work import JobWork, job_plan
 from tilecast.render import film, output, plan
 from tilecast.render.display import shown
+from tilecast.render.layers import Layers, error_layers, first_hit_layers
 
 log = structlog.get_logger()
 
@@ -24,10 +28,11 @@ _KEPT_BYTES = 128 * 2**20
 class Images:
     """Finds the pixels of a job and encodes them. Keeps the pictures that were asked for last."""
 
-    def __init__(self, store: Store, blobs: Blobs, live: Callable[[str], JobWork | None]):
+    def __init__(self, store: Store, blobs: Blobs, live: Callable[[str], JobWork | None], first_hits: FirstHits):
         self._store = store
         self._blobs = blobs
         self._live = live
+        self._first_hits = first_hits
         self._lock = threading.Lock()
         self._kept: OrderedDict[tuple, bytes] = OrderedDict()
 
@@ -56,7 +61,7 @@ class Images:
         return work.tile(tile) if work else None
 
     def image(self, job: Job, kind: str) -> bytes:
-        """The whole picture as "png", "exr" or "thumbnail" (a small PNG)."""
+        """The whole picture as "png", "exr" (with layers), "thumbnail" (a small PNG) or "error" (a map of it, PNG)."""
         key = (job.id, job.event, kind)
         with self._lock:
             if key in self._kept:
@@ -78,7 +83,9 @@ class Images:
                     log.warning("thumbnail_missing", job=job.id)
             return output.thumbnail(shown(self._pixels(job), self._facts(job)))
         if kind == "exr":
-            return output.to_exr(self._pixels(job), metadata(job))
+            return output.to_exr(self._pixels(job), metadata(job), self._layers(job))
+        if kind == "error":
+            return output.error_png(self._pixels(job), self._variance(job))
         return output.to_png(shown(self._pixels(job), self._facts(job)))
 
     def _facts(self, job: Job) -> dict | None:
@@ -86,12 +93,45 @@ class Images:
         work = self._live(job.id)
         return work.facts if work and work.facts else job.facts
 
+    def _layers(self, job: Job) -> Layers:
+        """What can be had for an EXR. A scene that failed is not asked again what the camera sees: it may be what
+        kills the workers."""
+        layers: Layers = {}
+        with suppress(NotYet):
+            layers |= error_layers(self._pixels(job), self._variance(job), self._sample_counts(job))
+        hits = self._first_hits.get(job) if job.state is not State.FAILED else None
+        return layers if hits is None else layers | first_hit_layers(hits)
+
     def _pixels(self, job: Job) -> np.ndarray:
         if job.state is State.DONE:
             return load_pixels(self._blobs.get(pixels_key(job.id)))
         work = self._live(job.id)
         if work is not None and (pixels := work.pixels()) is not None:
             return pixels
+        return self._stored(job).pixels()
+
+    def _variance(self, job: Job) -> np.ndarray:
+        """float32 [height, width, 3]. Raises `NotYet` where an earlier version finished the job, without it."""
+        if job.state is State.DONE:
+            try:
+                return load_pixels(self._blobs.get(variance_key(job.id)))
+            except FileNotFoundError:
+                raise NotYet("This job was finished before errors were kept for each pixel.") from None
+        work = self._live(job.id)
+        if work is not None and (variance := work.variance()) is not None:
+            return variance
+        return self._stored(job).variance()
+
+    def _sample_counts(self, job: Job) -> np.ndarray:
+        """uint32 [height, width]."""
+        counts = np.zeros((job.height, job.width), np.uint32)
+        for row in self._store.tiles(job.id):
+            tile = job_plan(job).tiles[row.index]
+            counts[tile.y : tile.y + tile.height, tile.x : tile.x + tile.width] = row.samples
+        return counts
+
+    def _stored(self, job: Job) -> film.Film:
+        """What is stored of a job that is neither finished nor under way."""
         drawn = film.Film(job_plan(job))
         for row in self._store.tiles(job.id):
             tile = drawn.plan.tiles[row.index]
@@ -100,7 +140,7 @@ class Images:
             except (FileNotFoundError, ValueError):
                 # It is being replaced by a newer one this moment, or was damaged: black until it is rendered.
                 log.info("tile_unreadable", job=job.id, tile=row.index, version=row.version)
-        return drawn.pixels()
+        return drawn
 
     def _stored_tile(self, job: Job, tile: plan.Tile, version: int) -> np.ndarray:
         if version == 0:

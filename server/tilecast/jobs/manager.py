@@ -18,6 +18,7 @@ from tilecast.jobs.blobs import Blobs
 from tilecast.jobs.callbacks import Callbacks
 from tilecast.jobs.engine import Engine
 from tilecast.jobs.faults import NoSuchJob, Refused
+from tilecast.jobs.first_hits import FirstHits
 from tilecast.jobs.folder import lock_folder
 from tilecast.jobs.hub import Hub
 from tilecast.jobs.images import Images
@@ -69,7 +70,6 @@ class Manager:
         self._closers.append(self.store.close)
         self.blobs = Blobs(settings.blobs_url)
         sweep(self.store, self.blobs)
-        self.images = Images(self.store, self.blobs, self._works.get)
         self.engine = Engine(settings.scheduler, settings.threads, settings.data / "engine")
         self._closers.append(self.engine.shutdown)
         self.callbacks = Callbacks(self.store, describe)
@@ -80,6 +80,8 @@ class Manager:
         self._dispatcher = Dispatcher(self.engine, self.engine.slots())
         self.engine.on_slots = self._dispatcher.set_slots
         self._closers.append(self._dispatcher.close)
+        hits = FirstHits(self.blobs, settings.max_triangles, self._dispatcher.add)
+        self.images = Images(self.store, self.blobs, self._works.get, hits)
         self._intake = Intake(settings, self.store, self.blobs, self._dispatcher)
         for job in self.store.with_states([State.QUEUED, State.RUNNING]):
             self._apply(job.id, state.Recovered())
@@ -181,7 +183,8 @@ class Manager:
         listed = []
         for tile in plan.tiles:
             row = known.get(tile.index)
-            listed.append(_tile_data(tile, row.version if row else 0, row.samples if row else 0))
+            listed.append(_tile_data(tile, row.version, row.samples, row.relative_mse) if row
+                          else _tile_data(tile, 0, 0, None))
         return {"columns": plan.columns, "rows": plan.rows, "size": plan.tile_size, "tiles": listed}
 
     def statistics(self, job_id: str) -> dict[str, Any]:
@@ -293,7 +296,9 @@ class Manager:
             del self._works[job_id]
 
 
-def _tile_data(tile: Tile, version: int, samples: int, index: int | None = None) -> dict[str, int]:
+def _tile_data(
+    tile: Tile, version: int, samples: int, relative_mse: float | None, index: int | None = None
+) -> dict[str, Any]:
     return {
         "column": tile.column,
         "row": tile.row,
@@ -303,4 +308,5 @@ def _tile_data(tile: Tile, version: int, samples: int, index: int | None = None)
         "height": tile.height,
         "version": version,
         "samples": samples,
+        "relative_mse": relative_mse,
     }

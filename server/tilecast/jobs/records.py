@@ -66,12 +66,14 @@ class Job:
 
 @dataclass(frozen=True)
 class TileRow:
-    """How far a tile is stored: `version` sample ranges, `samples` samples a pixel; `event`: its latest change."""
+    """How far a tile is stored: `version` sample ranges, `samples` samples a pixel; `event`: its latest change;
+    `relative_mse`: estimated, of it alone."""
 
     index: int
     version: int
     samples: int
     event: int = 0
+    relative_mse: float | None = None
 
 
 @dataclass(frozen=True)

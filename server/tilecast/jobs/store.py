@@ -46,6 +46,7 @@ class Store:
         try:
             self._owning = database.own(self._engine)
             metadata.create_all(self._engine)
+            database.add_missing_columns(self._engine, metadata)
         except BaseException as error:
             self.close()
             if isinstance(error, SQLAlchemyError):
@@ -216,7 +217,7 @@ class Store:
         with self._engine.connect() as connection:
             query = select(tiles).where(tiles.c.job == job).order_by(tiles.c.index)
             return [
-                TileRow(row["index"], row["version"], row["samples"], row["event"])
+                TileRow(row["index"], row["version"], row["samples"], row["event"], row["relative_mse"])
                 for row in connection.execute(query).mappings()
             ]
 
@@ -256,7 +257,7 @@ class Store:
                 select(tiles).where(tiles.c.job == job, tiles.c.event > event, tiles.c.event <= last)
             ).mappings()
             for row in drawn:
-                data = {"index": row["index"], "version": row["version"], "samples": row["samples"]}
+                data = {name: row[name] for name in ("index", "version", "samples", "relative_mse")}
                 found.append(Occurrence(row["event"], "tile", data))
         return sorted(found, key=lambda occurrence: occurrence.event)
 

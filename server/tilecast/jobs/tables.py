@@ -73,6 +73,7 @@ tiles = Table(
     Column("version", Integer, nullable=False),  # sample ranges added
     Column("samples", Integer, nullable=False),
     Column("event", Integer, nullable=False),
+    Column("relative_mse", Float),
     Index("tiles_by_event", "job", "event"),
 )
 

@@ -20,7 +20,7 @@ import numpy as np
 import structlog
 
 from tilecast.jobs import state, worker
-from tilecast.jobs.blobs import Blobs, pixels_key, thumbnail_key, tile_key
+from tilecast.jobs.blobs import Blobs, pixels_key, thumbnail_key, tile_key, variance_key
 from tilecast.jobs.engine import KilledWorker
 from tilecast.jobs.records import Job, TileRow
 from tilecast.jobs.store import Store
@@ -215,7 +215,8 @@ class JobWork:
             film, plan = self._rendering.film, self._rendering.plan
             indices = sorted(self._dirty)[:_SAVED_AT_ONCE]
             tiles = [plan.tiles[index] for index in indices]
-            rows = [TileRow(tile.index, film.tile_version(tile), film.tile_samples(tile)) for tile in tiles]
+            rows = [TileRow(tile.index, film.tile_version(tile), film.tile_samples(tile), relative_mse=film.tile_error(tile))
+                    for tile in tiles]
             data = [film.save_tile(tile) for tile in tiles]
             points, self._points = self._points, []
             self._dirty.difference_update(indices)
@@ -253,13 +254,14 @@ class JobWork:
 
     def finalize(self) -> dict[str, Any] | None:
         """Store the finished image; the columns of the job's row that go with it, or None where it was closed."""
-        pixels = self.pixels()
-        if pixels is None:
+        pixels, variance = self.pixels(), self.variance()
+        if pixels is None or variance is None:
             return None
         start = perf_counter()
-        out = io.BytesIO()
-        np.save(out, pixels.astype("<f4", copy=False))
-        self._blobs.put(pixels_key(self.key), out.getvalue())
+        for key, image in ((pixels_key(self.key), pixels), (variance_key(self.key), variance)):
+            out = io.BytesIO()
+            np.save(out, image.astype("<f4", copy=False))
+            self._blobs.put(key, out.getvalue())
         self._blobs.put(thumbnail_key(self.key), thumbnail(shown(pixels, self._facts)))
         with self._lock:
             return None if self._closed else self._columns(with_statistics=True, write=perf_counter() - start)
@@ -301,6 +303,11 @@ class JobWork:
         """float32 [height, width, 3] as it stands; None before anything was loaded."""
         rendering = self._rendering
         return rendering.film.pixels() if rendering else None
+
+    def variance(self) -> np.ndarray | None:
+        """Of the pixels, float32 [height, width, 3]; None before anything was loaded."""
+        rendering = self._rendering
+        return rendering.film.variance() if rendering else None
 
     def tile(self, tile: Tile) -> tuple[np.ndarray, int] | None:
         """A tile's pixels, float32 [height, width, 3], and its version; None before anything was loaded."""

@@ -11,11 +11,13 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from typing import Any, Generic, TypeVar
 
+import numpy as np
+
 from tilecast import _core, scene
 from tilecast.jobs.blobs import Blobs, asset_key, scene_key
-from tilecast.render.local import render_chunk
+from tilecast.render.local import render_chunk, tile_first_hits
 from tilecast.render.one_sample import with_command
-from tilecast.render.plan import Chunk
+from tilecast.render.plan import Chunk, Tile
 from tilecast.render.rendering import ChunkResult
 
 SCENES_KEPT = 4
@@ -85,6 +87,11 @@ def render(blobs_url: str, digest: str, max_triangles: int, chunks: Sequence[Chu
         return [render_chunk(compiled, chunk) for chunk in chunks]
     except _core.SampleError as error:
         raise Rejected([("", with_command(error))]) from None
+
+
+def first_hits(blobs_url: str, digest: str, max_triangles: int, tile: Tile) -> np.ndarray:
+    """What the camera sees first in a tile of the scene `digest`: float32 [h, w, 7]. Raises `Rejected` as `render`."""
+    return tile_first_hits(_compiled(blobs_url, digest, max_triangles), tile)
 
 
 def _compiled(blobs_url: str, digest: str, max_triangles: int) -> scene.Compiled:

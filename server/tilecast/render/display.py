@@ -32,6 +32,13 @@ def shown(pixels: np.ndarray, facts: Mapping[str, Any] | None) -> np.ndarray:
     return _RAMP[np.rint(place * (len(_RAMP) - 1)).astype(np.intp)]
 
 
+def heat(error: np.ndarray) -> np.ndarray:
+    """A map of relative squared errors, float [h, w], as linear RGB for a screen, float32 [h, w, 3]: on a logarithmic
+    scale, from black at 1e-6 or less to bright at 1 or more, so that the same colour is the same error everywhere."""
+    place = np.clip(1 + np.log10(np.maximum(error, 1e-6)) / 6, 0, 1)
+    return _RAMP[np.rint(place * (len(_RAMP) - 1)).astype(np.intp)]
+
+
 def _linear(encoded: np.ndarray) -> np.ndarray:
     """sRGB in 0 to 1 as linear RGB, float32 (IEC 61966-2-1)."""
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4).astype(np.float32)

@@ -133,6 +133,29 @@ class Film:
                 image[tile.y:tile.y + tile.height, tile.x:tile.x + tile.width] = self.tile_pixels(tile)
         return image
 
+    def variance(self) -> np.ndarray:
+        """The estimated variance of each pixel as it stands, float32 [height, width, 3]; 0 where there are fewer than
+        two samples."""
+        image = np.zeros((self.plan.height, self.plan.width, 3), np.float32)
+        for tile in self.plan.tiles:
+            sums = self._tiles[tile.index].sums
+            if sums is not None:
+                image[tile.y:tile.y + tile.height, tile.x:tile.x + tile.width] = \
+                    error.variance(sums, self.tile_samples(tile))
+        return image
+
+    def sample_counts(self) -> np.ndarray:
+        """The samples of each pixel as it stands, uint32 [height, width]."""
+        counts = np.zeros((self.plan.height, self.plan.width), np.uint32)
+        for tile in self.plan.tiles:
+            counts[tile.y:tile.y + tile.height, tile.x:tile.x + tile.width] = self.tile_samples(tile)
+        return counts
+
+    def tile_error(self, tile: Tile) -> float | None:
+        """The relative MSE of the tile alone at its last checkpoint; None before there is one."""
+        partials = self._tiles[tile.index].partials
+        return error.tile_relative_mse(partials[-1], tile.width * tile.height) if len(partials) else None
+
     @property
     def rays(self) -> tuple[int, int, int]:
         """Camera, bounce and shadow rays behind what is added."""

@@ -15,7 +15,8 @@ import numpy as np
 from ..scene.compiler import Compiled
 from ..scene.schema import Stop
 from .dispatch import Dispatcher
-from .plan import Chunk, make_plan
+from .layers import FIRST_HIT_SAMPLES
+from .plan import Chunk, Tile, make_plan
 from .rendering import ChunkResult, Event, Rendering
 
 
@@ -24,6 +25,10 @@ class Image:
     """A rendered image: linear RGB, with its estimated error and the statistics of `--stats`."""
     pixels: np.ndarray
     """float32 [h, w, 3]"""
+    variance: np.ndarray
+    """float32 [h, w, 3]: estimated, of each pixel."""
+    sample_counts: np.ndarray
+    """uint32 [h, w]"""
     error: dict[str, float | None]
     stats: dict[str, Any]
 
@@ -54,7 +59,8 @@ def render(compiled: Compiled, *, samples: int | None = None, threads: int | Non
     if work.error is not None:
         raise work.error
     stats = work.rendering.statistics(compiled.facts())
-    return Image(work.rendering.film.pixels(), stats["error"], stats)
+    film = work.rendering.film
+    return Image(film.pixels(), film.variance(), film.sample_counts(), stats["error"], stats)
 
 
 def render_chunk(compiled: Compiled, chunk: Chunk) -> ChunkResult:
@@ -63,6 +69,26 @@ def render_chunk(compiled: Compiled, chunk: Chunk) -> ChunkResult:
     tile = chunk.tile
     sums = compiled.scene.render_chunk(tile.x, tile.y, tile.width, tile.height, chunk.first, chunk.count)
     return ChunkResult(sums.sums, sums.rays, time.perf_counter() - start)
+
+
+def first_hits(compiled: Compiled, threads: int | None = None) -> np.ndarray:
+    """What the camera sees first in each pixel, float32 [h, w, 7]: see the core's function of this name."""
+    scene = compiled.scene
+    plan = make_plan(scene.width, scene.height, 1)
+    whole = np.empty((scene.height, scene.width, 7), np.float32)
+
+    def fill(tile: Tile) -> None:
+        whole[tile.y:tile.y + tile.height, tile.x:tile.x + tile.width] = tile_first_hits(compiled, tile)
+
+    with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0)), "first-hits") as pool:
+        for _ in pool.map(fill, plan.tiles):
+            pass
+    return whole
+
+
+def tile_first_hits(compiled: Compiled, tile: Tile) -> np.ndarray:
+    """The same of a tile, on this thread."""
+    return compiled.scene.first_hits(tile.x, tile.y, tile.width, tile.height, FIRST_HIT_SAMPLES)
 
 
 class _Work:

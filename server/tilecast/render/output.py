@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from .display import shown
+from .display import heat, shown
+from .error import error_map
 
 FORMATS = ("png", "exr")
 
@@ -33,9 +34,17 @@ def to_png(pixels: np.ndarray, metadata: Mapping[str, str] | None = None) -> byt
     return _core.encode_image("png", np.ascontiguousarray(srgb(pixels)), _CHANNELS, dict(metadata or {}))
 
 
-def to_exr(pixels: np.ndarray, metadata: Mapping[str, str] | None = None) -> bytes:
-    """An OpenEXR file of float32 [h, w, 3], linear RGB, without loss."""
-    return _core.encode_image("exr", np.ascontiguousarray(pixels, np.float32), _CHANNELS, dict(metadata or {}))
+def to_exr(pixels: np.ndarray, metadata: Mapping[str, str] | None = None,
+           layers: Mapping[str, np.ndarray] | None = None) -> bytes:
+    """An OpenEXR file of float32 [h, w, 3], linear RGB, without loss; and of more channels, [h, w] each, by name."""
+    layers = layers or {}
+    channels = np.dstack([pixels, *layers.values()]).astype(np.float32, copy=False)
+    return _core.encode_image("exr", np.ascontiguousarray(channels), [*_CHANNELS, *layers], dict(metadata or {}))
+
+
+def error_png(pixels: np.ndarray, variance: np.ndarray) -> bytes:
+    """A PNG that shows where the error of an image is (`display.heat`); both float32 [h, w, 3]."""
+    return to_png(heat(error_map(pixels, variance)))
 
 
 def to_f16(pixels: np.ndarray) -> bytes:
@@ -55,14 +64,14 @@ def thumbnail(pixels: np.ndarray, size: int = 160) -> bytes:
 
 
 def encode(suffix: str, pixels: np.ndarray, metadata: Mapping[str, str] | None = None,
-           facts: Mapping[str, Any] | None = None) -> bytes:
+           facts: Mapping[str, Any] | None = None, layers: Mapping[str, np.ndarray] | None = None) -> bytes:
     """The image in the format of a file name's suffix (".png", ".exr"). ValueError for any other. `facts`: see
-    `display.shown`, by which a PNG shows what an EXR holds."""
+    `display.shown`, by which a PNG shows what an EXR holds; `layers`: what else an EXR holds."""
     match suffix.lower():
         case ".png":
             return to_png(shown(pixels, facts), metadata)
         case ".exr":
-            return to_exr(pixels, metadata)
+            return to_exr(pixels, metadata, layers)
     raise ValueError(f"an image file ends in .png or .exr, got {suffix or 'no suffix'!r}")
 
 

@@ -165,7 +165,7 @@ class Rendering:
         """The event that says how a tile stands."""
         return {"type": "tile", "column": tile.column, "row": tile.row, "x": tile.x, "y": tile.y, "width": tile.width,
                 "height": tile.height, "version": self.film.tile_version(tile),
-                "samples": self.film.tile_samples(tile)}
+                "samples": self.film.tile_samples(tile), "relative_mse": self.film.tile_error(tile)}
 
     def _tile_events(self, tiles: Iterable[Tile]) -> list[Event]:
         return [self.tile_event(tile) for tile in tiles]

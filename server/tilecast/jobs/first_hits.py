@@ -1,0 +1,97 @@
+"""What the camera of a job sees first, for its EXR: made when somebody asks for that, on the workers, and kept."""
+
+import io
+import threading
+from collections.abc import Callable
+from concurrent.futures import Executor, Future, TimeoutError
+from typing import Any
+
+import numpy as np
+import structlog
+
+from tilecast.jobs import worker
+from tilecast.jobs.blobs import Blobs, first_hits_key
+from tilecast.jobs.faults import NotYet
+from tilecast.jobs.records import Job
+from tilecast.render.plan import Tile, make_plan
+
+log = structlog.get_logger()
+
+_PRIORITY = 2**31  # ahead of everything: somebody waits for the answer
+_PATIENCE = 60.0  # seconds
+
+
+class _Work:
+    """A work of the dispatcher with a task for each tile. `hits` is its outcome: float32 [height, width, 7]."""
+
+    priority = _PRIORITY
+
+    def __init__(self, job: Job, blobs_url: str, max_triangles: int):
+        self.key = f"first-hits-{job.id}"
+        self.owner = job.owner
+        self.hits: Future[np.ndarray] = Future()
+        self._scene = (blobs_url, job.scene, max_triangles)
+        self._tiles = list(make_plan(job.width, job.height, 1).tiles)
+        self._parts: list[tuple[Tile, np.ndarray]] = []
+        self._size = job.height, job.width
+
+    def next(self) -> Tile | None:
+        return self._tiles.pop() if self._tiles else None
+
+    def submit(self, executor: Executor, tile: Tile) -> Future:
+        return executor.submit(worker.first_hits, *self._scene, tile, priority=1)
+
+    def done(self, tile: Tile, result: np.ndarray) -> None:
+        self._parts.append((tile, result))
+
+    def failed(self, _tile: Tile | None, error: BaseException) -> None:
+        self._tiles.clear()
+        if not self.hits.done():
+            self.hits.set_exception(error)
+
+    def finished(self) -> None:
+        if self.hits.done():
+            return
+        whole = np.empty((*self._size, self._parts[0][1].shape[2]), np.float32)
+        for tile, part in self._parts:
+            whole[tile.y : tile.y + tile.height, tile.x : tile.x + tile.width] = part
+        self.hits.set_result(whole)
+
+
+class FirstHits:
+    """Finds or makes them. `start` hands a work to the dispatcher."""
+
+    def __init__(self, blobs: Blobs, max_triangles: int, start: Callable[[Any], None]):
+        self._blobs = blobs
+        self._max_triangles = max_triangles
+        self._start = start
+        self._lock = threading.Lock()
+        self._under_way: dict[str, _Work] = {}
+
+    def get(self, job: Job) -> np.ndarray | None:
+        """float32 [height, width, 7]; None where they cannot be had. Raises `NotYet` where that takes long."""
+        try:
+            return np.load(io.BytesIO(self._blobs.get(first_hits_key(job.id))), allow_pickle=False)
+        except FileNotFoundError:
+            pass
+        with self._lock:
+            work = self._under_way.get(job.id)
+            if work is None:
+                work = self._under_way[job.id] = _Work(job, self._blobs.url, self._max_triangles)
+                work.hits.add_done_callback(lambda hits: self._keep(job, hits))
+                self._start(work)
+        try:
+            return work.hits.result(_PATIENCE)
+        except TimeoutError:
+            raise NotYet("The layers of this EXR are still being made; ask for it again.") from None
+        except Exception as error:
+            log.warning("first_hits_failed", job=job.id, reason=repr(error))
+            return None
+
+    def _keep(self, job: Job, hits: Future[np.ndarray]) -> None:
+        with self._lock:
+            self._under_way.pop(job.id, None)
+        if hits.exception() is None:
+            out = io.BytesIO()
+            np.save(out, hits.result())
+            self._blobs.put(first_hits_key(job.id), out.getvalue(), durable=False)
