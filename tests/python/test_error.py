@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from chunks import draw, exposed
 
-from tilecast.render.error import _window_mean
+from tilecast.render.denominators import weight, window_mean
 from tilecast.render.plan import make_plan
 
 RUNS, SIZE = 200, 64
@@ -119,8 +119,29 @@ def test_one_sample_tells_nothing_of_its_error():
 def test_the_window_mean_is_the_mean_over_the_window(shape):
     image = np.random.default_rng(0).random((2, *shape))
     image[0, 0, 0] = 1e12  # a bright pixel must not drown those outside of its windows
-    means = _window_mean(image)
+    means = window_mean(image)
     for row in range(shape[0]):
         for column in range(shape[1]):
             window = image[:, max(row - 4, 0):row + 5, max(column - 4, 0):column + 5]
             assert np.allclose(means[:, row, column], window.mean(axis=(1, 2)), rtol=1e-12)
+
+
+def test_the_denominator_of_flat_light_is_exact_without_noise():
+    for size in ((1, 1), (1, 2), (2, 3), (20, 20)):
+        flat = np.full((3, *size), 0.7)
+        assert np.allclose(weight(flat, np.zeros_like(flat)), 1 / 0.5, rtol=1e-12)
+
+
+def test_the_denominator_becomes_that_of_the_image_as_noise_falls():
+    image = np.moveaxis(TRUTH, 2, 0)
+    exact = 1 / (image**2 + 0.01)
+    assert np.allclose(weight(image, np.zeros_like(image)), exact, rtol=1e-9)
+    assert np.abs(weight(image, np.full_like(image, 1e-6)) / exact - 1).max() < 0.02
+
+
+def test_a_bright_sample_does_not_hide_its_own_error():
+    """One pixel of a grey tile has met a light that no other has: its denominator stays that of the grey."""
+    image, variance = np.full((3, 21, 21), 0.2), np.full((3, 21, 21), 1e-6)
+    image[:, 10, 10] += 50
+    variance[:, 10, 10] = 50.0**2
+    assert weight(image, variance)[:, 10, 10] == pytest.approx(1 / 0.05, rel=0.01)

@@ -27,7 +27,7 @@ import numpy as np
 
 HEAVY = 0.5
 _TOP = 0.01  # of all pixels
-_LOWEST, _BINS = -16, 24  # of powers of 4, for errors relative to the image: none is above 81^2 (see error._weight)
+_LOWEST, _BINS = -16, 24  # of powers of 4, for errors relative to the image; what is larger counts in the last
 PARTIALS = 6 * _BINS  # for each of a and b: pixels, their sum, and the sum of the other, by bin
 
 
