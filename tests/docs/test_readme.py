@@ -129,7 +129,8 @@ def test_render_and_validate(built):
     assert (ROOT / "out" / "cornell.exr").read_bytes().startswith(b"v/1\x01")
     assert (ROOT / "out" / "cornell-stats.json").stat().st_size > 0
     assert (ROOT / "out" / "depth.png").read_bytes().startswith(b"\x89PNG")
-    assert (ROOT / "out" / "report" / "table.txt").read_text().count("same") == 2
+    assert (ROOT / "out" / "accelerators" / "table.txt").read_text().count("same") == 2
+    assert (ROOT / "out" / "report" / "report.png").read_bytes().startswith(b"\x89PNG")
 
 
 def python(code: str) -> str:

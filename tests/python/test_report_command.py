@@ -89,7 +89,7 @@ def test_renders_are_asked_how_often_they_are_right(scene, tmp_path):
     result = report(scene, "--calibrate", 20, "--samples", 4, "-o", tmp_path / "out")
     assert result.exit_code == 0, result.output
     assert result.stdout.startswith("ball.json: 20 renders of 24 x 16 pixels, 4 samples a pixel")
-    assert len(result.stdout.splitlines()) == 4 and result.stderr.count("of 20 renders") == 10
+    assert len(result.stdout.splitlines()) == 5 and result.stderr.count("of 20 renders") == 10
     found = json.loads((tmp_path / "out" / "report.json").read_text())
     assert found["relative_mse"]["coverage"]["mean"] > 0.6 and found["renders"] == 20
     assert report(scene, "--calibrate", 8, "--set", "image.width=960", "-q").stdout.startswith(

@@ -80,6 +80,14 @@ def test_error_in_few_pixels_is_a_heavy_tail():
     assert reason == "a thousandth of the pixels carries 100% of the squared error"
 
 
+def test_what_images_say_of_themselves_counts():
+    def label(seed, samples):
+        taken = known(seed, samples)
+        taken.error["heavy_tailed"] = seed < 5
+        return taken
+    assert summary(label)["heavy_tailed"] == ["5 of 8 images say so themselves"]
+
+
 def report(*found):
     return {"machine": {"threads": 2}, "curves": [
         {"label": label, "value": value, "width": 80, "height": 60, "seeds": list(range(8)),

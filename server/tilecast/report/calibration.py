@@ -31,7 +31,7 @@ def calibrate(render: Render, seeds: Sequence[int], samples: int,
     """For `mse` and `relative_mse`, as plain JSON values: coverage {mean, low, high} of the images' 95% intervals, with
     Wilson's interval; above and below, how often the truth lay beyond either end; predicted_over_true {mean, low,
     high}; width, the median of the interval's upper end over the estimate; verdict: "holds", "fails", or "open" where
-    so few renders cannot tell. `on_step(done)` is called after each render. All images are kept in memory. ValueError
+    so few renders cannot tell. And heavy_tailed: how many images say so themselves. `on_step(done)` is called after each render. All images are kept in memory. ValueError
     for fewer than 8 seeds."""
     if len(seeds) < FEWEST:
         raise ValueError(f"a calibration needs {FEWEST} renders at least, got {len(seeds)}")
@@ -44,6 +44,7 @@ def calibrate(render: Render, seeds: Sequence[int], samples: int,
     true = _true_errors(images)
     height, width = images[0].shape[:2]
     return {"renders": len(seeds), "samples": samples, "width": width, "height": height,
+            "heavy_tailed": sum(error.get("heavy_tailed") is True for error in found),
             **{key: _judged([error[key] for error in found], [error[low] for error in found],
                             [error[high] for error in found], [getattr(error, key) for error in true])
                for key, (low, high) in _MEASURES.items()}}
@@ -90,4 +91,5 @@ def calibration_table(report: dict[str, Any]) -> str:
                      str(found["above"]), str(found["below"]),
                      *((f"{ratio['mean']:.3f}", f"({ratio['low']:.3f} to {ratio['high']:.3f})") if ratio else ("-", "")),
                      f"+-{found['width'] - 1:.1%}" if found["width"] else "-", found["verdict"]))
-    return title + aligned(rows)
+    return title + aligned(rows) + (f"{report['heavy_tailed']} of {report['renders']} images say themselves that they "
+                                    "are heavy-tailed\n")

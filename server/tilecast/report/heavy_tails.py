@@ -1,4 +1,5 @@
-"""Where an image cannot know its own error: the report's label, from errors that references tell.
+"""Where an image cannot know its own error: the report's label, from errors that references tell and from what the
+images say themselves (`render.tails`).
 
 A few samples that are rare and very bright carry most of the error of such an image. An image that has met none of
 them looks better than it is; one that has met one looks worse. Its estimate is without bias over all images, and
@@ -31,6 +32,9 @@ def reasons(points: Sequence[dict[str, Any]]) -> list[str]:
         if estimates.share(point["covered"], renders).high < _COVERAGE:
             found.append(f"at {point['samples']:g} samples the 95% interval holds the error in {point['covered']} of "
                          f"{renders} images")
+    said = [run["estimated"].get("heavy_tailed") for run in counted[-1]["runs"]]
+    if 2 * said.count(True) > len(said):
+        found.append(f"{said.count(True)} of {len(said)} images say so themselves")
     top = counted[-1]["top"]
     if top > _TOP:
         found.append(f"a thousandth of the pixels carries {top:.0%} of the squared error")

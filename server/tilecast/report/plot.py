@@ -92,7 +92,9 @@ def _draw(axes: Any, points: Sequence[dict[str, Any]], key: str, colour: str, la
 
 
 def _scale(axes: Any, curves: Sequence[Sequence[dict[str, Any]]], key: str) -> None:
-    """Logarithmic axes around the curves, with lines of slope -1 behind them, a decade apart."""
+    """Logarithmic axes around the curves, with lines of slope -1 behind them, half a decade apart."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
     seconds = [point["seconds"] for points in curves for point in points]
     errors = [value for points in curves for point in points
               for value in (point[key]["mean"], point[key]["low"], point[key]["high"], point["estimated"][key])
@@ -102,9 +104,15 @@ def _scale(axes: Any, curves: Sequence[Sequence[dict[str, Any]]], key: str) -> N
     low = max(min(errors) / 1.6, min(point[key]["mean"] for points in curves for point in points) / 30)
     high = min(max(errors) * 1.6, max(point[key]["mean"] for points in curves for point in points) * 30)
     axes.set(xscale="log", yscale="log", xlim=(left, right), ylim=(low, high))
-    for decade in range(math.floor(math.log10(left * low)), math.ceil(math.log10(right * high)) + 1):
-        axes.plot([left, right], [10.0**decade / left, 10.0**decade / right], color=_QUIET, linewidth=0.5, alpha=0.55,
-                  zorder=0, scalex=False, scaley=False)
+    for half in range(math.floor(2 * math.log10(left * low)), math.ceil(2 * math.log10(right * high)) + 1):
+        product = 10.0 ** (half / 2)  # of error and seconds
+        axes.plot([left, right], [product / left, product / right], color=_QUIET, linewidth=0.5, alpha=0.5, zorder=0,
+                  scalex=False, scaley=False)
+    for axis, first, last in ((axes.xaxis, left, right), (axes.yaxis, low, high)):
+        decades = math.log10(last / first)
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5) if decades < 2.5 else (1,), numticks=20))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(NullFormatter())
     axes.tick_params(which="both", labelsize=9)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
