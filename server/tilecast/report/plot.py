@@ -37,6 +37,8 @@ def plot(report: dict[str, Any], title: str) -> dict[str, bytes]:
                  if (points := [point for point in curve["points"] if point[key]["mean"] > 0 < point["seconds"]])]
         for curve, colour, points in drawn:
             _draw(axes, points, key, colour, curve["label"].partition("=")[2])
+            if len(curves) == 1 and key == _PANELS[0][0]:  # samples are said once
+                _number(axes, points, colour)
         threads = report["machine"]["threads"]
         axes.set_xlabel(f"seconds of rendering, {threads} thread{'s' if threads > 1 else ''}")
         axes.set_title(name, fontsize=11)
@@ -45,6 +47,8 @@ def plot(report: dict[str, Any], title: str) -> dict[str, bytes]:
             axes.set_xticks([]), axes.set_yticks([])
             continue
         _scale(axes, [points for _, _, points in drawn], key)
+        if len(curves) > 1 and key == _PANELS[0][0]:
+            axes.legend(loc="upper right", fontsize=9, frameon=False, labelcolor="linecolor")
     _legend(figure, curves)
     return {kind: _saved(figure, kind) for kind in FORMATS}
 
@@ -78,17 +82,17 @@ def _draw(axes: Any, points: Sequence[dict[str, Any]], key: str, colour: str, la
     means = [point[key]["mean"] for point in points]
     axes.fill_between(seconds, [point[key]["low"] for point in points], [point[key]["high"] for point in points],
                       color=colour, alpha=0.22, linewidth=0)
-    axes.plot(seconds, means, color=colour, linewidth=1.6, marker="o", markersize=3.5)
+    axes.plot(seconds, means, color=colour, linewidth=1.6, marker="o", markersize=3.5, label=label)
     estimated = [(point["seconds"], point["estimated"][key]) for point in points if point["estimated"][key] > 0]
     if estimated:
         axes.plot(*zip(*estimated), color=colour, linewidth=1.1, linestyle=(0, (4, 3)))
-    if key == _PANELS[0][0]:  # samples are said once
-        for point, mean in zip(points, means):
-            axes.annotate(f"{point['samples']:g}", (point["seconds"], mean), xytext=(4, 4),
-                          textcoords="offset points", fontsize=7, color=colour)
-    if label:
-        axes.annotate(label, (seconds[-1], means[-1]), xytext=(8, -3), textcoords="offset points", fontsize=9,
-                      color=colour, annotation_clip=False)
+
+
+def _number(axes: Any, points: Sequence[dict[str, Any]], colour: str) -> None:
+    """Writes the samples beside the points of the first panel."""
+    for point in points:
+        axes.annotate(f"{point['samples']:g}", (point["seconds"], point[_PANELS[0][0]]["mean"]), xytext=(4, 4),
+                      textcoords="offset points", fontsize=8, color=colour)
 
 
 def _scale(axes: Any, curves: Sequence[Sequence[dict[str, Any]]], key: str) -> None:
@@ -124,8 +128,8 @@ def _legend(figure: Any, curves: Sequence[dict[str, Any]]) -> None:
 
     colour = _COLOURS[0] if len(curves) == 1 else "#404040"
     seeds = len(curves[0]["seeds"])
-    handles = [Line2D([], [], color=colour, marker="o", markersize=3.5, label=f"true error, mean of {seeds} seeds; "
-                                                                            "numbers: samples a pixel"),
+    true = f"true error, mean of {seeds} seeds" + ("; numbers: samples a pixel" if len(curves) == 1 else "")
+    handles = [Line2D([], [], color=colour, marker="o", markersize=3.5, label=true),
                Patch(color=colour, alpha=0.22, linewidth=0, label="95% band"),
                Line2D([], [], color=colour, linewidth=1.1, linestyle=(0, (4, 3)), label="estimated by the image itself"),
                Line2D([], [], color=_QUIET, linewidth=0.5, label="slope -1")]
