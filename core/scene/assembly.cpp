@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <chrono>
 
 #include "scene/object.h"
 
@@ -9,7 +10,7 @@ constexpr uint64_t kMostPrimitives = uint64_t(1) << 62;
 }
 
 Assembly Assembly::build(std::vector<Instance> instances, const std::vector<Object>& objects,
-                         const AcceleratorChoice& choice) {
+                         const AcceleratorChoice& choice, bool fold) {
   Assembly out;
   out.instances = std::move(instances);
   std::vector<Box> boxes;
@@ -41,6 +42,12 @@ Assembly Assembly::build(std::vector<Instance> instances, const std::vector<Obje
   primitives.boxes = frame_boxes;
   primitives.test_cost = kInstanceCost;
   out.accelerator = Accelerator::build(choice, primitives);
+  if (fold && out.accelerator.is_hierarchy()) {
+    const auto start = std::chrono::steady_clock::now();
+    out.wide = WideBoxes::fold(out.accelerator.hierarchy(), out.accelerator.order(), frame_boxes);
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+    out.accelerator.give_way(out.wide->node_count(), out.wide->bytes(), seconds.count());
+  }
   return out;
 }
 

@@ -114,7 +114,7 @@ uint32_t SceneBuilder::add_group(const std::vector<InstanceSource>& sources, con
   for (size_t i = 0; i < sources.size(); ++i)
     if (sources[i].object < scene_.objects.size() && scene_.objects[sources[i].object].bounds.unbounded())
       throw Error("of[" + std::to_string(i) + "]: " + kUnbounded);
-  Assembly assembly = Assembly::build(place(sources, "of"), scene_.objects, choice);
+  Assembly assembly = Assembly::build(place(sources, "of"), scene_.objects, choice, true);
   Box box = assembly.bounds;
   uint64_t primitives = assembly.primitives(scene_.objects);
   scene_.groups.push_back(std::move(assembly));

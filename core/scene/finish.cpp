@@ -65,7 +65,7 @@ Csg SceneBuilder::flatten(const CsgSource& source, const Box& bounds) {
     }
     if (operands.size() + tasks.size() > kMostOperands) throw Error("a CSG has more than 1e7 operands, nested ones multiplied out");
   }
-  csg.assembly = Assembly::build(std::move(operands), scene_.objects, "bvh");
+  csg.assembly = Assembly::build(std::move(operands), scene_.objects, "bvh", false);
   if (!bounds.empty()) csg.result_box = FrameBox::around(csg.assembly.frame, bounds);
   csg.filter = make_filter(csg, scene_);
   return csg;

@@ -5,9 +5,11 @@
 // hit, orders ties, and finds the way back to the instance without the traversal having to remember it.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "accel/accelerated_mesh.h"
+#include "accel/wide_boxes.h"
 #include "base/affine.h"
 #include "geometry/flat.h"
 #include "geometry/solid.h"
@@ -47,10 +49,11 @@ struct Assembly {
   Frame frame;
   Accelerator accelerator;
   BoxLanes few;  // where there are at most kLanes instances, their boxes: looked at together, without the accelerator
+  std::optional<WideBoxes> wide;  // a group's bvh or sbvh, folded: instead of the accelerator
   Box bounds;
 
   static Assembly build(std::vector<Instance> instances, const std::vector<Object>& objects,
-                        const AcceleratorChoice& choice);
+                        const AcceleratorChoice& choice, bool fold);
   uint64_t primitives(const std::vector<Object>& objects) const;
   // The instance that holds a primitive.
   uint32_t find(uint64_t primitive) const;

@@ -46,7 +46,14 @@ bool visit_instances(const Assembly& assembly, const Ray& ray, const double& t_m
   FrameRay local;
   if (!enter_boxes(assembly.frame, ray, local)) return false;
   float s_max = local.s_above(t_max);
-  return assembly.accelerator.traverse(local, local.s_below(ray.t_min), s_max, cost, [&](uint32_t first, uint32_t count) {
+  const float s_min = local.s_below(ray.t_min);
+  if (assembly.wide)
+    return assembly.wide->traverse(local, s_min, s_max, cost, [&](uint32_t index) {
+      const bool end = visit(index);
+      s_max = local.s_above(t_max);
+      return end;
+    });
+  return assembly.accelerator.traverse(local, s_min, s_max, cost, [&](uint32_t first, uint32_t count) {
     for (uint32_t i = first; i < first + count; ++i)
       if (visit(assembly.accelerator.order()[i])) return true;
     s_max = local.s_above(t_max);

@@ -1,0 +1,75 @@
+// A bounding volume hierarchy over boxes, eight children a node, whose boxes are looked at together: what a group's
+// instances are found by. Folded out of a binary one, it has a box for each primitive even where that has leaves of many.
+#pragma once
+
+#include <bit>
+#include <cstring>
+
+#include "accel/bvh.h"
+#include "base/lanes.h"
+
+namespace tilecast {
+
+class WideBoxes {
+ public:
+  // `order`: the primitives in the order of the hierarchy's leaves; `boxes`: of each primitive.
+  static WideBoxes fold(const Bvh& bvh, const std::vector<uint32_t>& order, std::span<const FrameBox> boxes);
+
+  size_t node_count() const { return nodes_.size(); }
+  uint64_t bytes() const { return nodes_.size() * sizeof(Node); }
+
+  // Calls visit(primitive) for all whose boxes meet the ray in [s_min, s_max], near ones first; visit may lower s_max,
+  // and ends the traversal by returning true. Only strictly farther boxes are culled.
+  template <class Cost, class Visit>
+  bool traverse(const FrameRay& ray, float s_min, const float& s_max, Cost& cost, Visit&& visit) const {
+    struct Entry {
+      float s;
+      uint32_t child;
+    };
+    Entry stack[Bvh::kMaxDepth * (kLanes - 1) + kLanes];
+    int top = 0;
+    uint32_t current = 0;
+    for (;;) {
+      cost.step();
+      const Node& node = nodes_[current];
+      alignas(32) float near[kLanes];
+      Float8 from = all(s_min), to = all(s_max);
+      for (int i = 0; i < 3; ++i) {  // rounded as clip_to_box is
+        const Float8 a = (node.lo[i] - ray.origin[i]) * ray.reciprocal[i];
+        const Float8 b = (node.hi[i] - ray.origin[i]) * ray.reciprocal[i];
+        from = max(from, min(a, b));
+        to = min(to, max(a, b));
+      }
+      std::memcpy(near, &from, sizeof(near));
+      const int waiting = top;
+      for (uint32_t met = bits((from <= to) & (kLaneNumbers < node.count)); met != 0; met &= met - 1) {
+        const int lane = std::countr_zero(met);
+        int at = top++;
+        for (; at > waiting && stack[at - 1].s < near[lane]; --at) stack[at] = stack[at - 1];
+        stack[at] = {near[lane], node.child[lane]};
+      }
+      for (;;) {
+        do {
+          if (top == 0) return false;
+          --top;
+        } while (stack[top].s > s_max);
+        current = stack[top].child;
+        if (!(current & kPrimitive)) break;
+        cost.test(1);
+        if (visit(current & ~kPrimitive)) return true;
+      }
+    }
+  }
+
+ private:
+  static constexpr uint32_t kPrimitive = 1u << 31;
+  struct alignas(32) Node {  // 256 bytes
+    Float8 lo[3], hi[3];
+    uint32_t child[kLanes];  // a node's number, or kPrimitive | a primitive's
+    int32_t count;
+  };
+
+  std::vector<Node> nodes_;
+};
+
+}  // namespace tilecast
