@@ -36,6 +36,30 @@ inline void sincos_2pi(double u, double& sine, double& cosine) {
   }
 }
 
+// The angle of (x, y) with the x axis over 2 pi, in [-0.5, 0.5]; 0 at the origin.
+inline double atan2_turns(double y, double x) {
+  static constexpr double kAngles[] = {0.0, 0.12435499454676144, 0.24497866312686414, 0.35877067027057225,
+                                       0.4636476090008061, 0.5585993153435624, 0.6435011087932844,
+                                       0.7188299996216245, 0.7853981633974483};  // arctangents of k / 8
+  const double ax = std::fabs(x), ay = std::fabs(y);
+  const bool steep = ay > ax;
+  const double low = steep ? ax : ay, high = steep ? ay : ax;
+  if (!(high > 0.0)) return 0.0;
+  // atan(t) = atan(c) + atan((t - c) / (1 + t c)), with c within 1/16 of t.
+  const double t = low / high;
+  const int k = static_cast<int>(8.0 * t + 0.5);
+  const double c = 0.125 * k, z = (t - c) / std::fma(t, c, 1.0), z2 = z * z;
+  double s = 1.0 / 13.0;
+  s = std::fma(s, z2, -1.0 / 11.0);
+  s = std::fma(s, z2, 1.0 / 9.0);
+  s = std::fma(s, z2, -1.0 / 7.0);
+  s = std::fma(s, z2, 1.0 / 5.0);
+  s = std::fma(s, z2, -1.0 / 3.0);
+  const double angle = (kAngles[k] + std::fma(s * z2, z, z)) * (0.5 * kInvPi);
+  const double first = steep ? 0.25 - angle : angle;  // in the first quadrant
+  return std::copysign(x < 0.0 ? 0.5 - first : first, y);
+}
+
 // e^x for x <= 0.
 inline double exp_negative(double x) {
   if (!(x > -708.0)) return 0.0;  // e^-708 is about the least normal number

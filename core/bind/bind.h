@@ -46,6 +46,7 @@ using SceneClass = py::class_<tilecast::Scene, std::shared_ptr<tilecast::Scene>>
 
 void bind_scene(py::module_& module);
 void bind_queries(py::module_& module, SceneClass& scene);
+void bind_camera(py::module_& module);
 void bind_builder(py::module_& module);
 void bind_image(py::module_& module);
 void bind_stress(py::module_& module);

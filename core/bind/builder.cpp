@@ -1,7 +1,9 @@
 #include <thread>
 
 #include "bind/bind.h"
+#include "base/elementary.h"
 #include "scene/builder.h"
+#include "scene/sky.h"
 
 using namespace tilecast;
 
@@ -26,6 +28,27 @@ CsgOperation csg_operation(const std::string& name) {
   if (name == "intersection") return CsgOperation::Intersection;
   if (name == "difference") return CsgOperation::Difference;
   throw Error("type: no CSG operation is called " + name);
+}
+
+PixelFilter::Kind filter_of(const std::string& name) {
+  auto found = std::find(std::begin(kFilterNames), std::end(kFilterNames), name);
+  if (found == std::end(kFilterNames)) throw Error("filter: none is called " + name);
+  return static_cast<PixelFilter::Kind>(found - std::begin(kFilterNames));
+}
+
+double cosine_of(double degrees) {
+  double sine, cosine;
+  sincos_2pi(degrees / 360.0, sine, cosine);
+  return cosine;
+}
+
+Environment to_environment(const Array<float>& pixels, double rotation) {
+  check_shape(pixels, {-1, -1, 3}, "pixels");
+  const Vec3f* first = reinterpret_cast<const Vec3f*>(pixels.data());
+  std::vector<Vec3f> copy(first, first + pixels.shape(0) * pixels.shape(1));
+  const int width = static_cast<int>(pixels.shape(1)), height = static_cast<int>(pixels.shape(0));
+  py::gil_scoped_release release;
+  return Environment(std::move(copy), width, height, rotation);
 }
 
 std::vector<InstanceSource> to_instances(const Array<int32_t>& objects, const Array<double>& matrices,
@@ -72,6 +95,8 @@ int add_material(SceneBuilder& builder, const std::string& kind, const Triple& r
 void bind_builder(py::module_& module) {
   module.attr("ACCELERATORS") = accelerator_kinds();
   module.attr("GROUPINGS") = grouping_names();
+  module.attr("FILTERS") = std::vector<std::string>(std::begin(kFilterNames), std::end(kFilterNames));
+  module.attr("INTEGRATORS") = std::vector<std::string>(std::begin(kIntegratorNames), std::end(kIntegratorNames));
   py::class_<AcceleratorChoice>(module, "Accelerator", "Which accelerator, and how a bvh is built.")
       .def(py::init([](const std::string& kind, const std::string& grouping, bool reinsertion) {
              AcceleratorChoice choice(kind);
@@ -135,15 +160,28 @@ void bind_builder(py::module_& module) {
             b.add_point_light({to_vec(position), to_vec(intensity)});
           }, py::arg("position"), py::arg("intensity"), "intensity: radiant intensity, W/sr.")
       .def("background", [](SceneBuilder& b, const Triple& radiance) { b.set_background(to_vec(radiance)); }, py::arg("radiance"))
-      .def("perspective", [](SceneBuilder& b, const Triple& position, const Triple& target, const Triple& up, double fov,
-                             int width, int height) {
-            b.set_camera(Camera(to_vec(position), to_vec(target), to_vec(up), fov, width, height));
-          }, py::arg("position"), py::arg("target"), py::arg("up"), py::arg("fov"), py::arg("width"), py::arg("height"),
-          "fov: degrees, across the image's height.")
-      .def("build", [](SceneBuilder& b, uint32_t root, const std::string& integrator, int max_depth, uint32_t seed, bool next_event) {
-            SceneBuilder::Options options{integrator_of(integrator), max_depth, seed, next_event};
+      .def("spot_light", [](SceneBuilder& b, const Triple& position, const Triple& direction, const Triple& intensity,
+                            double inner_angle, double outer_angle) {
+            b.add_spot_light({to_vec(position), to_vec(direction), to_vec(intensity), cosine_of(inner_angle), cosine_of(outer_angle)});
+          }, py::arg("position"), py::arg("direction"), py::arg("intensity"), py::arg("inner_angle"), py::arg("outer_angle"),
+          "intensity: W/sr along the axis; angles: degrees from the axis, where it begins to fall and where it is 0.")
+      .def("directional_light", [](SceneBuilder& b, const Triple& direction, const Triple& irradiance) {
+            b.add_directional_light({to_vec(direction), to_vec(irradiance)});
+          }, py::arg("direction"), py::arg("irradiance"), "direction: in which the light goes; irradiance: W/m^2, met head on.")
+      .def("environment", [](SceneBuilder& b, const Array<float>& pixels, double rotation) {
+            b.set_environment(to_environment(pixels, rotation));
+          }, py::arg("pixels"), py::arg("rotation") = 0.0,
+          "pixels: float32 [h, w, 3], radiance, equirectangular, +y at the top, -z in the middle; rotation: degrees about +y.")
+      .def("sky", [](SceneBuilder& b, const Triple& sun, double turbidity, const Triple& ground, double scale) {
+            b.set_environment(make_environment(Sky{to_vec(sun), turbidity, to_vec(ground), scale}));
+          }, py::arg("sun_direction"), py::arg("turbidity"), py::arg("ground"), py::arg("scale"), "Clear, by day, without the sun itself.")
+      .def("camera", &SceneBuilder::set_camera, py::arg("camera"))
+      .def("filter", [](SceneBuilder& b, const std::string& name) { b.set_filter(filter_of(name)); }, py::arg("name"), "One of FILTERS.")
+      .def("build", [](SceneBuilder& b, uint32_t root, const std::string& integrator, int max_depth, uint32_t seed, bool next_event,
+                       double ao_distance) {
+            SceneBuilder::Options options{integrator_of(integrator), max_depth, seed, next_event, ao_distance};
             py::gil_scoped_release release;
             return std::const_pointer_cast<Scene>(b.build(root, options));
           }, py::arg("root"), py::kw_only(), py::arg("integrator") = "path", py::arg("max_depth") = 8, py::arg("seed") = 0,
-          py::arg("next_event") = true, "The finished scene. The builder is empty afterwards.");
+          py::arg("next_event") = true, py::arg("ao_distance") = kInfinity, "The finished scene. The builder is empty afterwards.");
 }

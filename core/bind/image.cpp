@@ -1,4 +1,5 @@
 #include "bind/bind.h"
+#include "base/srgb.h"
 #include "render/image.h"
 
 using namespace tilecast;
@@ -20,6 +21,19 @@ auto with_pixels(const py::array& pixels, Use&& use) {
   }
   Array<float> floats(pixels);
   return use(std::span<const float>(floats.data(), floats.size()));
+}
+
+// (pixels, channel names, metadata) of what `read` fills in.
+template <class Read>
+py::tuple read_by(Read&& read) {
+  ImageInfo info;
+  std::vector<float> pixels;
+  {
+    py::gil_scoped_release release;
+    pixels = read(info);
+  }
+  py::ssize_t channels = static_cast<py::ssize_t>(info.channels.size());
+  return py::make_tuple(to_array(std::move(pixels), {info.height, info.width, channels}), info.channels, info.metadata);
 }
 
 }  // namespace
@@ -52,15 +66,26 @@ void bind_image(py::module_& module) {
       "The bytes of pixels [h, w, c] as \"png\" (uint8) or \"exr\" (float32).");
   module.def(
       "read_image",
-      [](const std::string& path) {
-        ImageInfo info;
-        std::vector<float> pixels;
+      [](const std::string& path) { return read_by([&](ImageInfo& info) { return read_image(path, info); }); },
+      py::arg("path"), "(pixels [h, w, c] float32, channel names, metadata).");
+  module.def(
+      "linear",
+      [](const Array<float>& values) {
+        std::vector<float> out(values.data(), values.data() + values.size());
         {
           py::gil_scoped_release release;
-          pixels = read_image(path, info);
+          for (float& value : out) value = srgb_to_linear(value);
         }
-        py::ssize_t channels = static_cast<py::ssize_t>(info.channels.size());
-        return py::make_tuple(to_array(std::move(pixels), {info.height, info.width, channels}), info.channels, info.metadata);
+        return to_array(std::move(out), {values.shape(), values.shape() + values.ndim()});
       },
-      py::arg("path"), "(pixels [h, w, c] float32, channel names, metadata).");
+      py::arg("values"), "sRGB in 0 to 1 as linear light: float32, of the same shape; the same bits on every machine.");
+  module.def(
+      "decode_image",
+      [](const std::string& name, const py::bytes& data, size_t most) {
+        std::string_view view = data;
+        std::span<const uint8_t> bytes(reinterpret_cast<const uint8_t*>(view.data()), view.size());
+        return read_by([&](ImageInfo& info) { return decode_image(name, bytes, most, info); });
+      },
+      py::arg("name"), py::arg("data"), py::arg("most") = size_t(1) << 25,
+      "The same from the bytes of a file of the format that the name's extension says; at most `most` pixels.");
 }

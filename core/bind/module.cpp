@@ -8,6 +8,7 @@ PYBIND11_MODULE(_core, module) {
   py::register_exception<tilecast::Error>(module, "Error", PyExc_ValueError);
   py::register_exception<tilecast::SampleError>(module, "SampleError", PyExc_RuntimeError);
   bind_scene(module);
+  bind_camera(module);
   bind_builder(module);
   bind_image(module);
   bind_stress(module);

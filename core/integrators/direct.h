@@ -8,18 +8,31 @@ namespace tilecast {
 struct DirectLight {
   Rgb radiance{0.0};  // times |cos| at the light and distance, over the density: what arrives, divided by cos here
   Vec3 direction;     // world space, unit length
-  double pdf = 0.0;   // per solid angle; 0: a point light, which no other strategy can find
-  Ray shadow;         // ends at the light
+  double pdf = 0.0;   // per solid angle; 0: from one direction, which no other strategy can find
+  Ray shadow;         // ends at the light: at t = 1, or at infinity
+  double distance = kInfinity;
 
   bool arrives() const { return max_component(radiance) > 0.0; }
 };
 
-// Light number `light` (points first, then areas), taken with probability `probability`.
-DirectLight sample_direct(const Scene& scene, const Surface& surface, size_t light, double probability, Sampler& sampler);
+// A sample of the chosen light, over the probability of the choice.
+DirectLight sample_direct(const Scene& scene, const Surface& surface, const LightChoice& choice, Sampler& sampler);
 
-// The density per solid angle with which sample_direct finds a point on area light `area` from a point `distance` away.
-inline double area_light_pdf(const Scene& scene, int area, double probability, double distance, double cosine) {
-  return probability * distance * distance / (cosine * scene.lights.areas[area].area());
+// The densities per solid angle with which `place` finds, by choose() and sample_direct(), a point of area light `area` a
+// `distance` away, seen under `cosine`; and the environment in a direction. 0: not at all.
+double area_light_pdf(const Lights& lights, int area, const LitPlace& place, double distance, double cosine);
+double environment_pdf(const Lights& lights, const LitPlace& place, const Vec3& direction);
+
+// Of two strategies with these densities, the weight of the first (Veach's power heuristic). 0 stands for a strategy that
+// cannot; a is greater than 0.
+inline double power_heuristic(double a, double b) {
+  const double ratio = b / a;
+  return 1.0 / (1.0 + ratio * ratio);
+}
+
+// What comes from where a ray hits nothing.
+inline Rgb background(const Scene& scene, const Vec3& direction) {
+  return scene.lights.environment ? scene.lights.environment->radiance(direction) : scene.background;
 }
 
 }  // namespace tilecast

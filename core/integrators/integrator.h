@@ -16,7 +16,8 @@ struct Tracing {
   Occluders occluders;
 };
 
-// Path tracing with next-event estimation, multiple importance sampling (power heuristic) and roulette.
+// Path tracing with next-event estimation, multiple importance sampling (power heuristic) and roulette. The integrator
+// "direct" is the same with two segments at most: what shines, and what is lit by it.
 Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, Tracing& tracing);
 
 // Whitted, "An Improved Illumination Model for Shaded Display", CACM 23(6), 1980: direct light, mirror and refracted
@@ -24,13 +25,19 @@ Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, Traci
 // their surfaces and inside.
 Rgb trace_whitted(const Scene& scene, const Ray& ray, const Media& media, Sampler& sampler, Tracing& tracing);
 
+// Which share of the hemisphere above the first hit, weighted by the cosine, is free of anything within
+// Scene::ao_distance; 1 where nothing is hit.
+Rgb trace_ambient_occlusion(const Scene& scene, const Ray& ray, Sampler& sampler, RayCounts& counts);
+
 // What the ray meets, as a colour, without light, materials or shadows; see views.cpp.
 Rgb trace_view(const Scene& scene, const Ray& ray, RayCounts& counts);
 
 inline Rgb radiance(const Scene& scene, const Ray& ray, const Media& media, Sampler& sampler, Tracing& tracing) {
   switch (scene.integrator) {
-    case Integrator::Path: return trace_path(scene, ray, media, sampler, tracing);
+    case Integrator::Path:
+    case Integrator::Direct: return trace_path(scene, ray, media, sampler, tracing);
     case Integrator::Whitted: return trace_whitted(scene, ray, media, sampler, tracing);
+    case Integrator::AmbientOcclusion: return trace_ambient_occlusion(scene, ray, sampler, tracing.counts);
     default: return trace_view(scene, ray, tracing.counts);
   }
 }

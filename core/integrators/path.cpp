@@ -7,37 +7,41 @@ namespace {
 
 constexpr int kRouletteDepth = 4;  // path segments that are never cut short
 
-double power_heuristic(double a, double b) { return a * a / (a * a + b * b); }
-
-// What the lights send to the surface and on to wo, by one light chosen by its power.
-Rgb next_event(const Scene& scene, const Surface& surface, const Basis& basis, const Vec3& wo, const Bsdf& bsdf,
-               const Media& media, Sampler& sampler, Tracing& tracing) {
-  size_t light = scene.lights.count() > 1 ? scene.lights.choose(sampler.next1()) : 0;
-  double probability = scene.lights.probability(light);
-  DirectLight direct = sample_direct(scene, surface, light, probability, sampler);
+// What the lights send to the surface and on to wo, by one of them.
+Rgb next_event(const Scene& scene, const Surface& surface, const LitPlace& place, const Basis& basis, const Vec3& wo,
+               const Bsdf& bsdf, const Media& media, Sampler& sampler, Tracing& tracing) {
+  LightChoice choice{0, 1.0};
+  if (scene.lights.count() > 1) choice = scene.lights.choose(sampler.next1(), place);
+  if (!(choice.probability > 0.0)) return Rgb(0.0);
+  DirectLight direct = sample_direct(scene, surface, choice, sampler);
   if (!direct.arrives()) return Rgb(0.0);
   double bsdf_pdf;
   Rgb f = bsdf.evaluate(wo, basis.to_local(direct.direction), bsdf_pdf);
   if (!(max_component(f) > 0.0)) return Rgb(0.0);
   TILECAST_COUNT(shadow);
   ++tracing.counts.shadow;
-  if (occluded(scene, direct.shadow, tracing.occluders.of(light))) return Rgb(0.0);
+  if (occluded(scene, direct.shadow, tracing.occluders.of(choice.light))) return Rgb(0.0);
   double weight = direct.pdf > 0.0 ? power_heuristic(direct.pdf, bsdf_pdf) : 1.0;
-  return f * direct.radiance * media.transmittance(glm::length(direct.shadow.direction)) * weight;
+  return f * direct.radiance * media.transmittance(direct.distance) * weight;
 }
 
 }  // namespace
 
 Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, Tracing& tracing) {
+  const int max_depth = scene.integrator == Integrator::Direct ? std::min(2, scene.max_depth) : scene.max_depth;
   const bool sample_lights = scene.next_event && scene.lights.count() > 0;
   Rgb sum(0.0), throughput(1.0);
   double scale = 1.0;        // of radiance by refraction, which roulette must not mistake for absorption
   double bsdf_pdf = 0.0;     // of the direction that led here; 0: no light could have been sampled instead
+  LitPlace from;             // where it was taken
   ++tracing.counts.camera;
   for (int depth = 1;; ++depth) {
     Hit hit = closest(scene, ray);
     if (!hit.found()) {
-      sum += throughput * media.transmittance(kInfinity) * scene.background;
+      const bool sampled = sample_lights && bsdf_pdf > 0.0 && scene.lights.environment;
+      const double weight =
+          sampled ? power_heuristic(bsdf_pdf, environment_pdf(scene.lights, from, ray.direction)) : 1.0;
+      sum += throughput * media.transmittance(kInfinity) * background(scene, ray.direction) * weight;
       break;
     }
     Surface surface = resolve(scene, ray, hit);
@@ -51,12 +55,11 @@ Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, Traci
       int area = sample_lights && bsdf_pdf > 0.0 ? scene.lights.find(hit.primitive) : -1;
       if (area >= 0) {
         double cosine = std::max(1e-300, glm::dot(wo_world, surface.normal));
-        double probability = scene.lights.probability(scene.lights.points.size() + area);
-        weight = power_heuristic(bsdf_pdf, area_light_pdf(scene, area, probability, distance, cosine));
+        weight = power_heuristic(bsdf_pdf, area_light_pdf(scene.lights, area, from, distance, cosine));
       }
       sum += throughput * material.emission * weight;
     }
-    if (depth == scene.max_depth) break;
+    if (depth == max_depth) break;
 
     Basis basis(hit.entering ? surface.normal : -surface.normal);
     Vec3 wo = basis.to_local(wo_world);
@@ -64,8 +67,10 @@ Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, Traci
     bool dielectric = material.kind == MaterialKind::Dielectric;
     double eta = dielectric ? media.eta(material, hit.entering) : 1.0;
     Bsdf bsdf(material, reflectance_at(scene, surface), eta);
-    if (sample_lights && !bsdf.specular())
-      sum += throughput * next_event(scene, surface, basis, wo, bsdf, media, sampler, tracing);
+    if (sample_lights && !bsdf.specular()) {
+      from = {surface.point, basis.z};
+      sum += throughput * next_event(scene, surface, from, basis, wo, bsdf, media, sampler, tracing);
+    }
 
     BsdfSample scattered;
     if (!bsdf.sample(wo, sampler, scattered)) break;

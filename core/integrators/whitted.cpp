@@ -13,11 +13,12 @@ constexpr double kFaintest = 1e-5;
 Rgb shadow_transmittance(const Scene& scene, Ray ray, Media media, Tracing& tracing) {
   TILECAST_COUNT(shadow);
   Rgb left(1.0);
+  const bool endless = ray.t_max == kInfinity;
   double length = glm::length(ray.direction);
   for (int i = 0; i < scene.max_depth; ++i) {
     ++tracing.counts.shadow;
     Hit hit = closest(scene, ray);
-    if (!hit.found()) return left * media.transmittance(length);
+    if (!hit.found()) return left * media.transmittance(endless ? kInfinity : length);
     Surface surface = resolve(scene, ray, hit);
     const Material& material = *surface.material;
     if (material.kind != MaterialKind::Dielectric) return Rgb(0.0);
@@ -33,6 +34,10 @@ Rgb shadow_transmittance(const Scene& scene, Ray ray, Media media, Tracing& trac
     if (!(max_component(left) > 0.0)) break;
     Vec3 end = ray.origin + ray.direction;
     Vec3 start = surface.spawn(ray.direction);
+    if (endless) {
+      ray.origin = start;
+      continue;
+    }
     if (glm::dot(end - start, ray.direction) <= 0.0) return left;
     ray = {start, end - start, 0.0, 1.0};
     length = glm::length(ray.direction);
@@ -61,7 +66,7 @@ Rgb trace_whitted(const Scene& scene, const Ray& camera_ray, const Media& camera
     pending.pop_back();
     Hit hit = closest(scene, branch.ray);
     if (!hit.found()) {
-      sum += branch.weight * branch.media.transmittance(kInfinity) * scene.background;
+      sum += branch.weight * branch.media.transmittance(kInfinity) * background(scene, branch.ray.direction);
       continue;
     }
     Surface surface = resolve(scene, branch.ray, hit);
@@ -98,7 +103,7 @@ Rgb trace_whitted(const Scene& scene, const Ray& camera_ray, const Media& camera
     Bsdf bsdf(material, reflectance_at(scene, surface), 1.0);
     if (!bsdf.specular())
       for (size_t light = 0; light < scene.lights.count(); ++light) {
-        DirectLight direct = sample_direct(scene, surface, light, 1.0, sampler);
+        DirectLight direct = sample_direct(scene, surface, {light, 1.0}, sampler);
         if (!direct.arrives()) continue;
         double pdf;
         Rgb f = bsdf.evaluate(wo, basis.to_local(direct.direction), pdf);

@@ -1,6 +1,7 @@
 #include "render/chunk.h"
 
 #include "base/error.h"
+#include "base/square_to_disk.h"
 
 namespace tilecast {
 
@@ -18,15 +19,18 @@ ChunkSums render_chunk(const Scene& scene, const Tile& tile, uint32_t first, uin
   size_t plane = size_t(tile.width) * tile.height * 3;
   out.sums.resize(2 * plane);
   Tracing tracing;
-  const Media media = media_at(scene, camera.position());
+  const bool many_origins = camera.has_extent() && scene.dielectrics;
+  const Media media = many_origins ? Media() : media_at(scene, camera.position());
   for (int row = 0; row < tile.height; ++row)
     for (int column = 0; column < tile.width; ++column) {
       uint32_t x = tile.x + column, y = tile.y + row;
       Rgb halves[2] = {Rgb(0.0), Rgb(0.0)};
       for (uint32_t sample = first; sample < first + count; ++sample) {
         Sampler sampler(x, y, sample, scene.seed);
-        Vec2 jitter = sampler.next2();
-        Rgb value = radiance(scene, camera.ray(x + jitter.x, y + jitter.y), media, sampler, tracing);
+        double weight = 1.0;
+        const Vec2 at = scene.filter.sample(sampler.next2(), weight);
+        const Ray ray = camera.ray(x + at.x, y + at.y, camera.has_lens() ? square_to_disk(sampler.next2()) : Vec2(0.0));
+        Rgb value = weight * radiance(scene, ray, many_origins ? media_at(scene, ray.origin) : media, sampler, tracing);
         if (!is_finite(value))
           throw SampleError("a sample is not finite: pixel (" + std::to_string(x) + ", " + std::to_string(y) +
                             "), sample " + std::to_string(sample) + ", seed " + std::to_string(scene.seed));

@@ -3,10 +3,14 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include <limits>
+
 #include "base/error.h"
 
 namespace tilecast {
 namespace {
+
+constexpr int kMostChannels = 64;
 
 template <class T>
 void write(const std::string& name, const ImageInfo& info, std::span<const T> pixels, OIIO::Filesystem::IOProxy* proxy) {
@@ -30,6 +34,26 @@ std::vector<uint8_t> encode(const std::string& format, const ImageInfo& info, st
   return bytes;
 }
 
+std::vector<float> read(const std::string& name, OIIO::Filesystem::IOProxy* proxy, size_t most, ImageInfo& info) {
+  auto input = OIIO::ImageInput::open(name, nullptr, proxy);
+  if (!input) throw Error("cannot read " + name + ": " + OIIO::geterror());
+  const OIIO::ImageSpec& spec = input->spec();
+  if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1 ||
+      spec.nchannels > kMostChannels)
+    throw Error("cannot read " + name + ": it is no flat image of 1 to " + std::to_string(kMostChannels) + " channels");
+  if (size_t(spec.width) * spec.height > most)
+    throw Error("cannot read " + name + ": it has " + std::to_string(spec.width) + " x " + std::to_string(spec.height) +
+                " pixels, more than " + std::to_string(most));
+  info.width = spec.width;
+  info.height = spec.height;
+  info.channels = spec.channelnames;
+  for (const auto& attribute : spec.extra_attribs) info.metadata[attribute.name().string()] = attribute.get_string();
+  std::vector<float> pixels(size_t(spec.width) * spec.height * spec.nchannels);
+  if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeFloat, pixels.data()))
+    throw Error("cannot read " + name + ": " + input->geterror());
+  return pixels;
+}
+
 }  // namespace
 
 void write_image(const std::string& path, const ImageInfo& info, std::span<const uint8_t> pixels) {
@@ -46,17 +70,12 @@ std::vector<uint8_t> encode_image(const std::string& format, const ImageInfo& in
 }
 
 std::vector<float> read_image(const std::string& path, ImageInfo& info) {
-  auto input = OIIO::ImageInput::open(path);
-  if (!input) throw Error("cannot read " + path + ": " + OIIO::geterror());
-  const OIIO::ImageSpec& spec = input->spec();
-  info.width = spec.width;
-  info.height = spec.height;
-  info.channels = spec.channelnames;
-  for (const auto& attribute : spec.extra_attribs) info.metadata[attribute.name().string()] = attribute.get_string();
-  std::vector<float> pixels(size_t(spec.width) * spec.height * spec.nchannels);
-  if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeFloat, pixels.data()))
-    throw Error("cannot read " + path + ": " + input->geterror());
-  return pixels;
+  return read(path, nullptr, std::numeric_limits<size_t>::max(), info);
+}
+
+std::vector<float> decode_image(const std::string& name, std::span<const uint8_t> bytes, size_t most, ImageInfo& info) {
+  OIIO::Filesystem::IOMemReader proxy(const_cast<uint8_t*>(bytes.data()), bytes.size());  // it only reads
+  return read(name, &proxy, most, info);
 }
 
 }  // namespace tilecast

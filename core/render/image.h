@@ -25,5 +25,7 @@ std::vector<uint8_t> encode_image(const std::string& format, const ImageInfo& in
 
 // Values as float; 8-bit ones lie in [0, 1].
 std::vector<float> read_image(const std::string& path, ImageInfo& info);
+// The same from memory: a file of the format that the name's extension says. Refuses more than `most` pixels.
+std::vector<float> decode_image(const std::string& name, std::span<const uint8_t> bytes, size_t most, ImageInfo& info);
 
 }  // namespace tilecast

@@ -161,15 +161,50 @@ int SceneBuilder::add_checker(const Checker& checker) {
   return static_cast<int>(scene_.checkers.size() - 1);
 }
 
+namespace {
+
+void check_position(const Vec3& position) {
+  if (!(max_abs(position) <= 1e100)) throw Error("position: must be finite and at most 1e100");
+}
+
+Vec3 checked_direction(const Vec3& direction) {
+  if (!(max_abs(direction) > 0.0) || !is_finite(direction)) throw Error("direction: must be finite and not zero");
+  return glm::normalize(direction / max_abs(direction));
+}
+
+}  // namespace
+
 void SceneBuilder::add_point_light(const PointLight& light) {
   check_colour(light.intensity, "intensity", 1e30);
-  if (!(max_abs(light.position) <= 1e100)) throw Error("position: must be finite and at most 1e100");
+  check_position(light.position);
   if (max_component(light.intensity) > 0.0) scene_.lights.points.push_back(light);
+}
+
+void SceneBuilder::add_spot_light(const SpotLight& light) {
+  check_colour(light.intensity, "intensity", 1e30);
+  check_position(light.position);
+  if (!(light.cos_inner <= 1.0 && light.cos_outer >= -1.0 && light.cos_outer <= light.cos_inner))
+    throw Error("inner_angle: must be at most outer_angle");
+  SpotLight spot = light;
+  spot.direction = checked_direction(light.direction);
+  if (max_component(light.intensity) > 0.0 && light.cos_outer < 1.0) scene_.lights.spots.push_back(spot);
+}
+
+void SceneBuilder::add_directional_light(const DirectionalLight& light) {
+  check_colour(light.irradiance, "irradiance", 1e30);
+  const Vec3 direction = checked_direction(light.direction);
+  if (max_component(light.irradiance) > 0.0) scene_.lights.directionals.push_back({direction, light.irradiance});
 }
 
 void SceneBuilder::set_background(const Rgb& radiance) {
   check_colour(radiance, "background", 1e30);
   scene_.background = radiance;
+  scene_.lights.environment = nullptr;
+}
+
+void SceneBuilder::set_environment(Environment environment) {
+  set_background(Rgb(0.0));
+  if (!environment.black()) scene_.lights.environment = std::make_shared<const Environment>(std::move(environment));
 }
 
 std::shared_ptr<const Scene> SceneBuilder::build(uint32_t root, const Options& options) {
@@ -181,11 +216,13 @@ std::shared_ptr<const Scene> SceneBuilder::build(uint32_t root, const Options& o
   scene_.max_depth = options.max_depth;
   scene_.seed = options.seed;
   scene_.next_event = options.next_event;
+  if (!(options.ao_distance > 0.0)) throw Error("ao_distance: must be positive, got " + text(options.ao_distance));
+  scene_.ao_distance = options.ao_distance;
   finish_reachable();
-  if (is_view(options.integrator))
-    scene_.lights = {};
-  else
+  if (traces_light(options.integrator))
     collect_lights(root, Affine{}, kInherit, 0);
+  else
+    scene_.lights = {};
   scene_.lights.finish();
   scene_.features = find_features(scene_);
   scene_.dielectrics = std::binary_search(scene_.features.begin(), scene_.features.end(), "dielectric");

@@ -28,14 +28,20 @@ class SceneBuilder {
   int add_material(const Material& material);
   int add_checker(const Checker& checker);
   void add_point_light(const PointLight& light);
+  void add_spot_light(const SpotLight& light);
+  void add_directional_light(const DirectionalLight& light);
   void set_background(const Rgb& radiance);
+  // Instead of a background; of an image that is black all over nothing is kept.
+  void set_environment(Environment environment);
   void set_camera(const Camera& camera) { scene_.camera = camera; }
+  void set_filter(PixelFilter::Kind kind) { scene_.filter = PixelFilter(kind); }
 
   struct Options {
     Integrator integrator = Integrator::Path;
     int max_depth = 8;
     uint32_t seed = 0;
     bool next_event = true;
+    double ao_distance = kInfinity;
   };
   // Finishes the scene; the builder is empty afterwards.
   std::shared_ptr<const Scene> build(uint32_t root, const Options& options);

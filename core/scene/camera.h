@@ -1,44 +1,65 @@
-// The pinhole camera: right-handed, looks from `position` to `target`.
+// Cameras: right-handed, looking from `position` to `target`.
 #pragma once
 
+#include "base/elementary.h"
 #include "base/error.h"
 #include "base/ray.h"
 
 namespace tilecast {
 
+// Where a camera stands and what it makes.
+struct View {
+  Vec3 position, target, up;
+  int width, height;  // pixels
+};
+
 class Camera {
  public:
   Camera() : Camera(Vec3(0, 0, 1), Vec3(0), Vec3(0, 1, 0), 40.0, 1, 1) {}
 
-  // fov: degrees, across the image's height. width, height: pixels.
+  // A pinhole. fov: degrees, across the image's height.
   Camera(const Vec3& position, const Vec3& target, const Vec3& up, double fov, int width, int height)
-      : position_(position), width_(width), height_(height) {
-    if (width < 1 || height < 1) throw Error("image must have at least one pixel");
-    if (!(fov > 0.0 && fov < 180.0)) throw Error("camera.fov must lie between 0 and 180 degrees");
-    Vec3 forward = target - position;
-    if (!(max_abs(forward) > 0.0) || !is_finite(forward)) throw Error("camera.target must differ from camera.position");
-    forward = glm::normalize(forward / max_abs(forward));
-    if (!(max_abs(up) > 0.0) || !is_finite(up)) throw Error("camera.up must not be zero");
-    Vec3 right = glm::cross(forward, up / max_abs(up));
-    if (!(glm::length(right) > 1e-9)) throw Error("camera.up must not point along the line of sight");
-    right = glm::normalize(right);
-    double half = std::tan(0.5 * fov * (kPi / 180.0));
-    forward_ = forward;
-    right_ = right * (2.0 * half / height);
-    down_ = glm::cross(forward, right) * (2.0 * half / height);
-  }
+      : Camera(perspective({position, target, up, width, height}, fov)) {}
+  static Camera perspective(const View& view, double fov);
+  // All rays are parallel. extent: metres across the image's height.
+  static Camera orthographic(const View& view, double extent);
+  // A thin lens: sharp at `focus_distance` along the line of sight. aperture: the lens's radius; both in metres.
+  static Camera thin_lens(const View& view, double fov, double aperture, double focus_distance);
+  // All directions, equirectangular: the target in the middle, the direction of `up` along the upper edge.
+  static Camera panorama(const View& view);
 
-  // Through the image point (x, y) in pixels from the top left corner. The direction has length 1.
-  Ray ray(double x, double y) const {
-    return {position_, glm::normalize(forward_ + right_ * (x - 0.5 * width_) + down_ * (y - 0.5 * height_))};
+  // Through the image point (x, y) in pixels from the top left corner, and through a point of the lens, given in the
+  // unit disk. The direction has length 1.
+  Ray ray(double x, double y, const Vec2& lens = Vec2(0.0)) const {
+    const double right = x - 0.5 * width_, down = y - 0.5 * height_;
+    switch (kind_) {
+      case Kind::Perspective: return {position_, glm::normalize(forward_ + right_ * right + down_ * down)};
+      case Kind::Orthographic: return {position_ + right_ * right + down_ * down, forward_};
+      case Kind::ThinLens: {
+        const Vec3 aside = lens_right_ * lens.x + lens_down_ * lens.y;
+        return {position_ + aside, glm::normalize(focus_ * (forward_ + right_ * right + down_ * down) - aside)};
+      }
+      default: return {position_, around(right / width_, 0.5 * down / height_)};
+    }
   }
 
   int width() const { return width_; }
   int height() const { return height_; }
   const Vec3& position() const { return position_; }
+  bool has_lens() const { return kind_ == Kind::ThinLens; }
+  // Whether its rays start at several points.
+  bool has_extent() const { return kind_ == Kind::ThinLens || kind_ == Kind::Orthographic; }
 
  private:
-  Vec3 position_, forward_, right_, down_;
+  enum class Kind : uint8_t { Perspective, Orthographic, ThinLens, Panorama };
+
+  Camera(Kind kind, const View& view, double pixel);
+  Vec3 around(double right, double down) const;  // turns
+
+  Kind kind_;
+  Vec3 position_, forward_, right_, down_;  // right_, down_: from pixel to pixel
+  Vec3 lens_right_{0.0}, lens_down_{0.0};   // the lens's radii, metres
+  double focus_ = 1.0;                      // metres
   int width_, height_;
 };
 

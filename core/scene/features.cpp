@@ -6,8 +6,10 @@ namespace tilecast {
 
 const std::vector<std::string>& all_features() {
   static const std::vector<std::string> names{
-      "absorption", "area_lights", "background", "conductor", "csg",          "dielectric", "diffuse",     "disk",  "emission",
-      "hierarchy",  "instances",   "mesh",       "mirror",    "point_lights", "rectangle",  "shadow_rays", "solid", "texture"};
+      "absorption",  "area_lights", "background",  "conductor", "csg",        "dielectric", "diffuse",
+      "directional_lights", "disk", "emission",    "environment", "hierarchy", "instances",  "lens",       "light_tree",
+      "mesh",        "mirror",      "pixel_filter", "point_lights", "rectangle", "shadow_rays", "solid",    "spot_lights",
+      "texture"};
   return names;
 }
 
@@ -48,7 +50,10 @@ std::vector<std::string> find_features(const Scene& scene) {
       case Kind::Group: visit(scene.groups[object.index]); break;
     }
   }
-  if (is_view(scene.integrator)) return {used.begin(), used.end()};  // geometry is all that it looks at
+  use("lens", scene.camera.has_lens());
+  use("pixel_filter", scene.filter.kind() != PixelFilter::Kind::Box);
+  use("shadow_rays", scene.integrator == Integrator::AmbientOcclusion);
+  if (!traces_light(scene.integrator)) return {used.begin(), used.end()};  // geometry is all that it looks at
   bool any_material = false;
   for (size_t i = 0; i < scene.materials.size(); ++i) any_material |= seen_material[i];
   if (placed && !any_material) seen_material[0] = true;
@@ -64,8 +69,12 @@ std::vector<std::string> find_features(const Scene& scene) {
     use("texture", m.texture >= 0);
   }
   use("background", max_component(scene.background) > 0.0);
+  use("environment", scene.lights.environment != nullptr);
   use("point_lights", !scene.lights.points.empty());
+  use("spot_lights", !scene.lights.spots.empty());
+  use("directional_lights", !scene.lights.directionals.empty());
   use("area_lights", !scene.lights.areas.empty());
+  use("light_tree", scene.next_event && scene.lights.has_tree());
   use("shadow_rays", scene.next_event && scene.lights.count() > 0);
   return {used.begin(), used.end()};
 }

@@ -7,6 +7,15 @@ namespace tilecast {
 namespace {
 constexpr size_t kMostOperands = 10'000'000;  // of one CSG, nested ones multiplied out
 constexpr size_t kMostLights = 1'000'000;     // further emitters are met by chance alone, which is slower but not wrong
+
+// Whether a map keeps all angles: then it maps a ball to a ball. Up to what multiplying a few rotations loses.
+bool keeps_angles(const glm::dmat3& m) {
+  const double size = glm::dot(m[0], m[0]), room = 64 * kUnitRoundoff * size;
+  for (int i = 0; i < 3; ++i)
+    if (!(std::fabs(glm::dot(m[i], m[i]) - size) <= room && std::fabs(glm::dot(m[i], m[(i + 1) % 3])) <= room)) return false;
+  return true;
+}
+
 }  // namespace
 
 // A halfspace as an operand: a solid that ends well outside of what the CSG may fill, given in the operand's space.
@@ -174,8 +183,15 @@ void SceneBuilder::collect_lights(uint32_t handle, const Affine& to_world, int m
       light.pieces.push_back({a, to_world.point(mesh.frame.from_frame(Vec3(t.b))) - a,
                               to_world.point(mesh.frame.from_frame(Vec3(t.c))) - a});
     }
+  } else if (const Sphere* ball = object.kind == Kind::Solid ? std::get_if<Sphere>(&scene_.solids[object.index]) : nullptr;
+             ball && keeps_angles(to_world.linear)) {
+    light.shape = AreaLight::Shape::Ball;
+    light.pieces.push_back({to_world.point(Vec3(0.0)), to_world.vector({ball->radius, 0.0, 0.0}), Vec3(0.0)});
+    light.cumulative.push_back(4.0 * kPi * light.radius() * light.radius());
+    if (light.area() > 0.0) scene_.lights.areas.push_back(std::move(light));
+    return;
   } else {
-    return;  // solids and CSG are met by chance
+    return;  // other solids and CSG are met by chance
   }
   double sum = 0.0;
   double share = light.shape == AreaLight::Shape::Triangle ? 0.5 : light.shape == AreaLight::Shape::Ellipse ? kPi : 1.0;

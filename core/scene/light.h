@@ -1,9 +1,16 @@
 // Lights as the integrators sample them.
+//
+// They are numbered through: points, spots, areas; then those that are far away, directional ones and the environment. Each
+// of the latter is chosen as often as all others together. Of these, one of a few is chosen by its power, one of many by
+// a tree (see light_tree.h), whose choice depends on the place that is lit.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "base/affine.h"
+#include "scene/environment.h"
+#include "scene/light_tree.h"
 
 namespace tilecast {
 
@@ -12,11 +19,34 @@ struct PointLight {
   Rgb intensity;  // radiant intensity, W/sr
 };
 
-// Pieces that emit from their front, with a common radiance: one emitting rectangle, disk or mesh of the scene. Points are uniform over the area.
+// Full intensity up to the inner angle, none from the outer one on, smooth between them.
+struct SpotLight {
+  Vec3 position;
+  Vec3 direction;  // of its axis, unit length
+  Rgb intensity;   // along the axis, W/sr
+  double cos_inner, cos_outer;
+
+  // The share of the intensity at an angle to the axis.
+  double falloff(double cosine) const {
+    if (cosine <= cos_outer) return 0.0;
+    if (cosine >= cos_inner) return 1.0;
+    const double x = (cosine - cos_outer) / (cos_inner - cos_outer);
+    return x * x * (3.0 - 2.0 * x);
+  }
+};
+
+// Parallel light from far away: the sun.
+struct DirectionalLight {
+  Vec3 direction;  // in which the light goes, unit length
+  Rgb irradiance;  // on a surface that it meets head on, W/m^2
+};
+
+// Pieces that emit from their front, with a common radiance: one emitting rectangle, disk, ball or mesh of the scene.
+// Points are uniform over the area, but for a ball, which is sampled by the solid angle under which it is seen.
 struct AreaLight {
-  enum class Shape : uint8_t { Parallelogram, Triangle, Ellipse };
+  enum class Shape : uint8_t { Parallelogram, Triangle, Ellipse, Ball };
   struct Piece {
-    Vec3 origin, edge1, edge2;  // world space; of an ellipse the centre and two conjugate radii
+    Vec3 origin, edge1, edge2;  // world space; of an ellipse the centre and two conjugate radii, of a ball one radius
   };
   std::vector<Piece> pieces;
   std::vector<double> cumulative;  // area of the pieces up to and with this one
@@ -26,29 +56,51 @@ struct AreaLight {
   uint64_t first_primitive = 0, primitives = 0;
 
   double area() const { return cumulative.back(); }
+  double radius() const { return glm::length(pieces[0].edge1); }  // of a ball
+  LightBounds bounds() const;
+};
+
+// A light and the probability with which it was chosen; 0: none of them can light the place.
+struct LightChoice {
+  size_t light = 0;
+  double probability = 0.0;
 };
 
 struct Lights {
   std::vector<PointLight> points;
-  std::vector<AreaLight> areas;     // sorted by first_primitive
-  std::vector<double> cumulative;   // power up to and with this light: points, then areas
-  size_t count() const { return points.size() + areas.size(); }
+  std::vector<SpotLight> spots;
+  std::vector<AreaLight> areas;  // sorted by first_primitive
+  std::vector<DirectionalLight> directionals;
+  std::shared_ptr<const Environment> environment;  // null: the background is the same all around
 
+  size_t first_spot() const { return points.size(); }
+  size_t first_area() const { return first_spot() + spots.size(); }
+  size_t first_directional() const { return first_area() + areas.size(); }
+  size_t environment_number() const { return first_directional() + directionals.size(); }
+  size_t count() const { return environment_number() + (environment != nullptr); }
+
+  // Makes what choosing needs.
   void finish();
-  // The probability with which the light is chosen.
-  double probability(size_t light) const;
-  size_t choose(double u) const;
+  LightChoice choose(double u, const LitPlace& place) const;
+  // The probability with which choose() takes the light.
+  double probability(size_t light, const LitPlace& place) const;
   // The area light that a primitive belongs to, or -1.
   int find(uint64_t primitive) const;
+  bool has_tree() const { return !tree_.empty(); }
+
+ private:
+  std::vector<double> cumulative_;  // power up to and with this light of those at a place, where they have no tree
+  LightTree tree_;
+  double share_ = 1.0;              // the probability of each that is far away, and of all others together
 };
 
 struct LightSample {
   Vec3 point;
-  Vec3 normal;    // of an area light, unit length
-  Rgb radiance;   // of an area light, from its front
+  Vec3 normal;    // unit length
   double error;   // bound on the error of the point, metres
 };
 
+// A point of any area light but a ball, uniform over its area.
 LightSample sample(const AreaLight& light, double u_piece, const Vec2& u);
 
 }  // namespace tilecast

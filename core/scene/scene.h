@@ -8,16 +8,21 @@
 #include "scene/light.h"
 #include "scene/material.h"
 #include "scene/object.h"
+#include "scene/pixel_filter.h"
 
 namespace tilecast {
 
-// Path and Whitted trace light; the others are views, which show what a camera ray meets.
-enum class Integrator : uint8_t { Path, Whitted, Normals, Depth, Primitives, Instances, Facing, Cost };
-inline constexpr const char* kIntegratorNames[]{"path",       "whitted",   "normals", "depth",
-                                                "primitives", "instances", "facing",  "cost"};
+// Path, Direct and Whitted trace light; ambient occlusion looks at geometry alone, and so do the others: views, which
+// show what a camera ray meets.
+enum class Integrator : uint8_t {
+  Path, Direct, Whitted, AmbientOcclusion, Normals, Depth, Primitives, Instances, Facing, Cost
+};
+inline constexpr const char* kIntegratorNames[]{"path",  "direct",     "whitted",   "ambient-occlusion", "normals",
+                                                "depth", "primitives", "instances", "facing",            "cost"};
 
 inline const char* name_of(Integrator integrator) { return kIntegratorNames[static_cast<int>(integrator)]; }
-inline bool is_view(Integrator integrator) { return integrator > Integrator::Whitted; }
+inline bool is_view(Integrator integrator) { return integrator > Integrator::AmbientOcclusion; }
+inline bool traces_light(Integrator integrator) { return integrator <= Integrator::Whitted; }
 
 struct Scene {
   std::vector<Object> objects;
@@ -33,9 +38,11 @@ struct Scene {
   Lights lights;
   Rgb background{0.0};
   Camera camera;
+  PixelFilter filter;
 
   Integrator integrator = Integrator::Path;
   int max_depth = 8;       // path segments from the camera
+  double ao_distance = kInfinity;  // how far ambient occlusion looks, metres
   uint32_t seed = 0;
   bool next_event = true;  // sample the lights; off for tests only
 

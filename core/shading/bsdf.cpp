@@ -1,31 +1,10 @@
 #include "shading/bsdf.h"
 
 #include "base/counters.h"
+#include "shading/hemisphere.h"
 #include "shading/microfacet.h"
 
 namespace tilecast {
-namespace {
-
-// Shirley and Chiu, "A Low Distortion Map Between Disk and Square", 1997; then Malley's method.
-Vec3 cosine_hemisphere(const Vec2& u) {
-  double a = 2.0 * u.x - 1.0, b = 2.0 * u.y - 1.0;
-  if (a == 0.0 && b == 0.0) return {0.0, 0.0, 1.0};
-  double r, turn;  // turn: angle over 2 pi
-  if (std::fabs(a) > std::fabs(b)) {
-    r = a;
-    turn = 0.125 * (b / a);
-  } else {
-    r = b;
-    turn = 0.25 - 0.125 * (a / b);
-  }
-  if (turn < 0.0) turn += 1.0;
-  double sine, cosine;
-  sincos_2pi(turn, sine, cosine);
-  return {r * cosine, r * sine, std::sqrt(std::max(0.0, 1.0 - r * r))};
-}
-
-}  // namespace
-
 Rgb reflectance_at(const Scene& scene, const Surface& surface) {
   const Material& material = *surface.material;
   if (material.texture < 0) return material.reflectance;

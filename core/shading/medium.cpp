@@ -7,6 +7,8 @@ namespace tilecast {
 Media media_at(const Scene& scene, const Vec3& point) {
   Media media;
   if (!scene.dielectrics) return media;
+  const Box& all = scene.objects[scene.root].bounds;
+  if (glm::any(glm::lessThan(point, all.lo)) || glm::any(glm::greaterThan(point, all.hi))) return media;
   TILECAST_COUNT(medium);
   Ray line{point, Vec3(0.0, 1.0, 0.0), -kInfinity, kInfinity};
   std::vector<Crossing> list;

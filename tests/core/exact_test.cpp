@@ -3,6 +3,7 @@
 #include <random>
 
 #include "base/elementary.h"
+#include "base/srgb.h"
 #include "base/exact.h"
 #include "base/frame.h"
 #include "base/affine.h"
@@ -72,6 +73,29 @@ TEST(Elementary, AgreesWithLongDouble) {
     double x = -700.0 * u;
     long double e = std::exp(static_cast<long double>(x));
     EXPECT_NEAR(exp_negative(x), static_cast<double>(e), 2e-15 * static_cast<double>(e));
+  }
+}
+
+TEST(Elementary, KnowsAnglesInAllQuadrants) {
+  const long double full = 2.0L * 3.14159265358979323846264338327950288L;
+  for (int i = -100000; i <= 100000; ++i) {
+    const double x = std::cos(i * 1e-4) * std::ldexp(1.0, i % 40), y = std::sin(i * 1e-4) * std::ldexp(1.0, i % 40);
+    ASSERT_NEAR(atan2_turns(y, x), static_cast<double>(std::atan2(static_cast<long double>(y), static_cast<long double>(x)) / full), 2e-16);
+    const double t = i * 1e-9;  // small angles keep their relative precision
+    ASSERT_NEAR(atan2_turns(t, 1.0), static_cast<double>(std::atan(static_cast<long double>(t)) / full), 4e-16 * std::fabs(t));
+  }
+  EXPECT_EQ(atan2_turns(0.0, 0.0), 0.0);
+  EXPECT_EQ(atan2_turns(1.0, 0.0), 0.25);
+  EXPECT_EQ(atan2_turns(-1.0, 0.0), -0.25);
+  EXPECT_EQ(atan2_turns(0.0, -1.0), 0.5);
+  EXPECT_EQ(atan2_turns(1e300, 1e300), 0.125);
+}
+
+TEST(Elementary, DecodesSrgb) {
+  for (int i = 0; i <= 65535; ++i) {
+    const float value = static_cast<float>(i / 65535.0);
+    const double exact = value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
+    ASSERT_NEAR(srgb_to_linear(value), exact, 0x1p-24 * exact * 1.001) << i;
   }
 }
 

@@ -77,7 +77,7 @@ def _stands_alone(path: Path) -> bool:
     while pending:
         value = pending.pop()
         if isinstance(value, dict):
-            if value.get("type") == "mesh" and "file" in value:
+            if value.get("type") in ("mesh", "image") and "file" in value:
                 return False
             pending.extend(value.values())
         elif isinstance(value, list) and value and isinstance(value[0], dict):

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from . import checks, meshes, schema, transforms
+from . import checks, images, meshes, schema, transforms
 from .errors import SceneError
+from .lighting import add_light, core_camera
 from .mesh_files import OpenFile, read_file
 from .parsing import collector_paused
 from .paths import parse as parse_path, text
@@ -135,18 +136,17 @@ class _Compiler:
         with _at((), of=[path for path, _ in (*seen, *area)]):
             root = builder.group(*_arrays(placed, materials), accelerator=self._accelerator(None))
         for path, light in lights:
-            if isinstance(light, schema.PointLight):
-                with _at(path):
-                    builder.point_light(light.position, light.intensity)
-        with _at(()):
-            builder.background(scene.background)
-        camera, image = scene.camera, scene.image
+            with _at(path):
+                add_light(builder, light)
+        self._background()
         with _at(("camera",)):
-            builder.perspective(camera.position, camera.target, camera.up, camera.fov, image.width, image.height)
+            builder.camera(core_camera(scene.camera, scene.image))
+        builder.filter(scene.image.filter)
         settings = scene.render
+        reach = {} if settings.ao_distance is None else {"ao_distance": settings.ao_distance}
         with _at(()):
             return builder.build(root, integrator=settings.integrator, max_depth=settings.max_depth,
-                                 seed=settings.seed, next_event=settings.next_event)
+                                 seed=settings.seed, next_event=settings.next_event, **reach)
 
     def _needed(self, roots: Sequence[tuple[Path, Any]]) -> list[str]:
         """The names that `roots` use, each after all that it uses itself. Without recursion: chains may be
@@ -243,6 +243,30 @@ class _Compiler:
 
     def _operands(self, path: Path, node: Any) -> list[_Placed]:
         return self._place([((*path, "of", index), child) for index, child in enumerate(node.of)])
+
+    def _background(self) -> None:
+        background = self.scene.background
+        with _at(("background",)):
+            match background:
+                case schema.ImageBackground():
+                    start = time.perf_counter()
+                    where = "background.file"
+                    data = read_file(self.open_file, background.file, where)
+                    try:
+                        pixels = images.load(data, background.file)
+                    except SceneError as error:
+                        raise SceneError(where, error.message) from None
+                    self.load_seconds += time.perf_counter() - start
+                    with np.errstate(over="ignore"):  # the core refuses infinity
+                        pixels = pixels * np.float32(background.scale)
+                    try:
+                        self.builder.environment(pixels, background.rotation)
+                    except _core.Error as error:
+                        raise SceneError(where, f"names the file {background.file!r}: {error}") from None
+                case schema.SkyBackground():
+                    self.builder.sky(background.sun_direction, background.turbidity, background.ground, background.scale)
+                case _:
+                    self.builder.background(background)
 
     def _mesh(self, path: Path, node: schema.Mesh) -> tuple[np.ndarray, np.ndarray]:
         if node.file is None:

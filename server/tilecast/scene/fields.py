@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Annotated, Any
 from typing import Union as OneOf
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, StringConstraints, Tag
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, StringConstraints, Tag
 from pydantic_core import PydanticCustomError
 from typing_extensions import TypeAliasType
 
@@ -54,6 +54,15 @@ Radiance = TypeAliasType("Radiance", list_of(
     Annotated[float, Field(ge=0, le=BRIGHTEST)], 3, "Red, green, blue: linear, not negative."))
 Matrix = TypeAliasType("Matrix", list_of(
     list_of(Coordinate, 4, "A row."), 4, "4 x 4, row-major, for column vectors; last row 0 0 0 1."))
+
+
+def _not_zero(direction: list[float]) -> list[float]:
+    if max(map(abs, direction)) < SMALLEST:
+        raise fault(f"must have a component of at least {SMALLEST:g}" if any(direction) else "must not be [0, 0, 0]")
+    return direction
+
+
+Direction = Annotated[Vector, AfterValidator(_not_zero)]
 
 
 # --- Unions. Where no `type` tells the members apart, a function of the value does. Its tags start with "~",

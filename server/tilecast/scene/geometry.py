@@ -1,14 +1,16 @@
-"""What can be said about a mesh before it is loaded: its file's name, and its faces where they stand in the
+"""What can be said about files before they are loaded: by their names; and about a mesh whose faces stand in the
 scene."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import PurePosixPath, PureWindowsPath
 
 import numpy as np
 
-FORMATS = ("ply", "obj", "stl", "glb")
+MESHES = ("ply", "obj", "stl", "glb")
+IMAGES = ("exr", "hdr", "png")
 
 _ASSET = re.compile(r"sha256:[0-9a-f]{64}\.[a-z]+")
 
@@ -18,8 +20,8 @@ def is_asset(file: str) -> bool:
     return _ASSET.fullmatch(file) is not None
 
 
-def check_file(file: str) -> str | None:
-    """What is wrong with the name of a mesh file; None if nothing is."""
+def check_file(file: str, formats: Sequence[str]) -> str | None:
+    """What is wrong with the name of a file of one of the formats; None if nothing is."""
     if not file.isprintable():
         return "must be a file name without control characters"
     if "://" in file:
@@ -27,8 +29,8 @@ def check_file(file: str) -> str | None:
     path = PurePosixPath(file)
     if path.is_absolute() or PureWindowsPath(file).is_absolute() or "\\" in file or ".." in path.parts:
         return f"must be relative to the scene's folder and stay inside it, with forward slashes, got {file!r}"
-    if path.suffix[1:].lower() not in FORMATS:
-        return f"must end in {', '.join('.' + name for name in FORMATS)}, got {file!r}"
+    if path.suffix[1:].lower() not in formats:
+        return f"must end in {', '.join('.' + name for name in formats)}, got {file!r}"
     if file.startswith("sha256:") and not is_asset(file):
         return f"must be sha256:<64 hex digits>.<extension>, got {file!r}"
     return None

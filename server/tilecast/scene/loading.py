@@ -71,7 +71,6 @@ def mesh(vertices: np.ndarray, faces: np.ndarray, accelerator: str = "auto") -> 
                               accelerator=accelerator)
         grey = builder.material("diffuse")
         root = builder.group(np.array([handle], np.int32), np.eye(4)[None], np.array([grey], np.int32))
-        builder.perspective((0, 0, 1), (0, 0, 0), (0, 1, 0), 40, 1, 1)
         return builder.build(root)
     except _core.Error as error:
         raise SceneError("", str(error)) from None

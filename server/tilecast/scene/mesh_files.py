@@ -1,4 +1,4 @@
-"""The mesh files that a scene names: which they are, how they are opened, and how they get other names."""
+"""The files that a scene names, meshes and images: which they are, how they are opened, and how they get other names."""
 
 from __future__ import annotations
 
@@ -17,20 +17,23 @@ OpenFile = Callable[[str], bytes]
 
 
 def files(scene: schema.Scene) -> dict[str, str]:
-    """The mesh files of a scene, used or not: JSON path of the key -> file."""
-    return {text((*path, "file")): node.file for path, node in walk(scene)
-            if isinstance(node, schema.Mesh) and node.file is not None}
+    """The files of a scene, used or not: JSON path of the key -> file."""
+    found = {text((*path, "file")): node.file for path, node in walk(scene)
+             if isinstance(node, schema.Mesh) and node.file is not None}
+    if isinstance(scene.background, schema.ImageBackground):
+        found["background.file"] = scene.background.file
+    return found
 
 
 def renamed(scene: schema.Scene, names: Mapping[str, str]) -> dict[str, Any]:
-    """The scene as a JSON document (what was left out stays left out) in which every mesh file that is a key
+    """The scene as a JSON document (what was left out stays left out) in which every file that is a key
     of `names` has the name given there."""
     document = to_json(scene)
 
     def rename(value: Any) -> None:
         if isinstance(value, dict):
-            # Only a mesh has both keys; a name under `objects` is never a text.
-            if value.get("type") == "mesh" and isinstance(value.get("file"), str):
+            # Only these have both keys; a name under `objects` is never a text.
+            if value.get("type") in ("mesh", "image") and isinstance(value.get("file"), str):
                 value["file"] = names.get(value["file"], value["file"])
             value = list(value.values())
         if isinstance(value, list):
@@ -49,7 +52,7 @@ def to_json(scene: schema.Scene) -> dict[str, Any]:
 
 def digest(scene: schema.Scene, open_file: OpenFile | None = None) -> str:
     """SHA-256 (hex) of all that an image of this scene depends on: equal for equal scenes however they were
-    written down. With `open_file` the contents of mesh files count; without, their names, which is right for
+    written down. With `open_file` the contents of files count; without, their names, which is right for
     assets."""
     document = scene.model_dump(mode="json")
     state = hashlib.sha256(json.dumps(document, sort_keys=True, separators=(",", ":")).encode())
@@ -74,7 +77,7 @@ def folder_opener(folder: Path) -> OpenFile:
     root = Path(folder).resolve()
 
     def open_file(file: str) -> bytes:
-        problem = geometry.check_file(file)
+        problem = geometry.check_file(file, geometry.MESHES + geometry.IMAGES)
         if problem:
             raise SceneError("", problem)
         path = (root / file).resolve()

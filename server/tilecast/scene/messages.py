@@ -14,7 +14,7 @@ from . import paths, schema
 from .fields import SMALLEST
 
 _NO_TAG = str.maketrans("", "", "'~")
-_UNTAGGED = {(), ("camera",), ("objects",), ("materials",)}  # the camera has but one type; the others hold names
+_UNTAGGED = {(), ("objects",), ("materials",)}  # these hold names
 _MOST = 100  # errors that are worded; a broken generator makes the same one a million times
 
 
@@ -40,7 +40,8 @@ def _path(location: tuple[str | int, ...], document: Any) -> tuple[list[paths.Pa
     value, parent, tagged = document, None, False
     for part in location:
         # In front of the keys of an object with a `type` pydantic puts that type, once.
-        tag = isinstance(value, dict) and part == value.get("type") and not tagged and tuple(parts) not in _UNTAGGED
+        kind = value.get("type", "perspective" if parts == ["camera"] else None) if isinstance(value, dict) else None
+        tag = part == kind is not None and not tagged and tuple(parts) not in _UNTAGGED
         if isinstance(value, dict) and part in value and not tag:
             value, parent, tagged = value[part], value, False
         elif isinstance(value, list) and isinstance(part, int) and part < len(value):
@@ -142,9 +143,8 @@ def _members(union: Any) -> tuple[type[BaseModel], ...]:
 
 _BY_TYPE = {get_args(model.model_fields["type"].annotation)[0]: model
             for model in (*_members(schema.Object), *_members(schema.Material), *_members(schema.Light),
-                          schema.Checker, schema.Perspective)}
-_BY_PATH = {(): schema.Scene, ("camera",): schema.Perspective, ("image",): schema.Image,
-            ("render",): schema.Render, ("render", "stop"): schema.Stop}
+                          *_members(schema.Camera), schema.Checker, schema.ImageBackground, schema.SkyBackground)}
+_BY_PATH = {(): schema.Scene, ("image",): schema.Image, ("render",): schema.Render, ("render", "stop"): schema.Stop}
 _BY_KEY = {"object": schema.Reference, "translate": schema.Translate, "scale": schema.Scale,
            "rotate": schema.Rotate, "matrix": schema.MatrixStep, "axis": schema.AxisAngle}
 
@@ -153,7 +153,7 @@ def _known_keys(parent: Any, path: list[paths.Part]) -> list[str]:
     """The keys that the object `parent` at `path` may have; empty where that is not clear."""
     if not isinstance(parent, dict):
         return []
-    kind = parent.get("type")
+    kind = parent.get("type", "perspective" if list(path) == ["camera"] else None)
     model = _BY_PATH.get(tuple(path)) or (_BY_TYPE.get(kind) if isinstance(kind, str) else None)
     model = model or next((model for key, model in _BY_KEY.items() if key in parent), None)
     return list(model.model_fields) if model else []
