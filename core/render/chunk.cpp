@@ -1,7 +1,7 @@
 #include "render/chunk.h"
 
 #include "base/error.h"
-#include "base/square_to_disk.h"
+#include "render/camera_sample.h"
 
 namespace tilecast {
 
@@ -27,10 +27,9 @@ ChunkSums render_chunk(const Scene& scene, const Tile& tile, uint32_t first, uin
       Rgb halves[2] = {Rgb(0.0), Rgb(0.0)};
       for (uint32_t sample = first; sample < first + count; ++sample) {
         Sampler sampler(x, y, sample, scene.seed);
-        double weight = 1.0;
-        const Vec2 at = scene.filter.sample(sampler.next2(), weight);
-        const Ray ray = camera.ray(x + at.x, y + at.y, camera.has_lens() ? square_to_disk(sampler.next2()) : Vec2(0.0));
-        Rgb value = weight * radiance(scene, ray, many_origins ? media_at(scene, ray.origin) : media, sampler, tracing);
+        const CameraSample seen = sample_camera(scene, x, y, sampler);
+        const Media& around = many_origins ? media_at(scene, seen.ray.origin) : media;
+        Rgb value = seen.weight * radiance(scene, seen.ray, around, sampler, tracing);
         if (!is_finite(value))
           throw SampleError("a sample is not finite: pixel (" + std::to_string(x) + ", " + std::to_string(y) +
                             "), sample " + std::to_string(sample) + ", seed " + std::to_string(scene.seed));

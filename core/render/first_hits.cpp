@@ -1,6 +1,7 @@
 #include "render/first_hits.h"
 
 #include "base/error.h"
+#include "render/camera_sample.h"
 #include "shading/albedo.h"
 
 namespace tilecast {
@@ -23,13 +24,12 @@ std::vector<float> first_hits(const Scene& scene, const Tile& tile, uint32_t sam
       uint32_t hits = 0;
       for (uint32_t sample = 0; sample < samples; ++sample) {
         Sampler sampler(x, y, sample, scene.seed);
-        Vec2 jitter = sampler.next2();
-        Ray ray = scene.camera.ray(x + jitter.x, y + jitter.y);
+        const auto [ray, weight] = sample_camera(scene, x, y, sampler);
         Hit hit = closest(scene, ray);
         if (!hit.found()) continue;
         Surface surface = resolve(scene, ray, hit);
-        albedo += albedo_at(scene, surface);
-        normal += surface.normal;
+        albedo += weight * albedo_at(scene, surface);
+        normal += weight * surface.normal;
         distance += std::min(hit.t, kFarthest);
         ++hits;
       }

@@ -11,8 +11,8 @@ namespace tilecast::stress {
 const std::vector<Case>& cases() {
   static const std::vector<Case> all = [] {
     std::vector<Case> out;
-    for (auto* add : {add_triangles, add_slivers, add_boxes, add_agreement, add_crowding, add_scaling, add_solids,
-                      add_coplanar, add_trees, add_chains, add_instances, add_threads, add_extreme_geometry,
+    for (auto* add : {add_triangles, add_slivers, add_boxes, add_agreement, add_crowding, add_spawned_rays, add_scaling,
+                      add_solids, add_coplanar, add_trees, add_chains, add_instances, add_threads, add_extreme_geometry,
                       add_extreme_light})
       add(out);
     std::stable_sort(out.begin(), out.end(), [](const Case& a, const Case& b) {

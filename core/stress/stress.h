@@ -86,6 +86,7 @@ void add_slivers(std::vector<Case>& out);
 void add_boxes(std::vector<Case>& out);
 void add_agreement(std::vector<Case>& out);
 void add_crowding(std::vector<Case>& out);
+void add_spawned_rays(std::vector<Case>& out);
 void add_scaling(std::vector<Case>& out);
 void add_coplanar(std::vector<Case>& out);
 void add_trees(std::vector<Case>& out);

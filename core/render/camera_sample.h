@@ -1,0 +1,23 @@
+// Where a sample of a pixel goes: the first random numbers of each sample, whatever is then asked along its ray.
+#pragma once
+
+#include "base/sampler.h"
+#include "base/square_to_disk.h"
+#include "scene/scene.h"
+
+namespace tilecast {
+
+struct CameraSample {
+  Ray ray;
+  double weight = 1.0;  // of what is seen along it; see PixelFilter
+};
+
+inline CameraSample sample_camera(const Scene& scene, uint32_t x, uint32_t y, Sampler& sampler) {
+  CameraSample out;
+  const Vec2 at = scene.filter.sample(sampler.next2(), out.weight);
+  const Vec2 lens = scene.camera.has_lens() ? square_to_disk(sampler.next2()) : Vec2(0.0);
+  out.ray = scene.camera.ray(x + at.x, y + at.y, lens);
+  return out;
+}
+
+}  // namespace tilecast
