@@ -20,7 +20,7 @@ ChunkSums render_chunk(const Scene& scene, const Tile& tile, uint32_t first, uin
   out.sums.resize(2 * plane);
   Tracing tracing;
   const bool many_origins = camera.has_extent() && scene.dielectrics;
-  const Media media = many_origins ? Media() : media_at(scene, camera.position());
+  Media media = media_at(scene, camera.position());
   for (int row = 0; row < tile.height; ++row)
     for (int column = 0; column < tile.width; ++column) {
       uint32_t x = tile.x + column, y = tile.y + row;
@@ -28,8 +28,8 @@ ChunkSums render_chunk(const Scene& scene, const Tile& tile, uint32_t first, uin
       for (uint32_t sample = first; sample < first + count; ++sample) {
         Sampler sampler(x, y, sample, scene.seed);
         const CameraSample seen = sample_camera(scene, x, y, sampler);
-        const Media& around = many_origins ? media_at(scene, seen.ray.origin) : media;
-        Rgb value = seen.weight * radiance(scene, seen.ray, around, sampler, tracing);
+        if (many_origins) media = media_at(scene, seen.ray.origin);
+        Rgb value = seen.weight * radiance(scene, seen.ray, media, sampler, tracing);
         if (!is_finite(value))
           throw SampleError("a sample is not finite: pixel (" + std::to_string(x) + ", " + std::to_string(y) +
                             "), sample " + std::to_string(sample) + ", seed " + std::to_string(scene.seed));

@@ -50,11 +50,15 @@ Environment make_environment(const Sky& sky) {
     if (!(sky.ground[i] >= 0.0 && sky.ground[i] <= 1.0)) throw Error("ground: must lie between 0 and 1");
 
   const double t = sky.turbidity;
-  const Perez luminance{0.1787 * t - 1.4630, -0.3554 * t + 0.4275, -0.0227 * t + 5.3251, 0.1206 * t - 2.5771, -0.0670 * t + 0.3703};
-  const Perez chroma_x{-0.0193 * t - 0.2592, -0.0665 * t + 0.0008, -0.0004 * t + 0.2125, -0.0641 * t - 0.8989, -0.0033 * t + 0.0452};
-  const Perez chroma_y{-0.0167 * t - 0.2608, -0.0950 * t + 0.0092, -0.0079 * t + 0.2102, -0.0441 * t - 1.6537, -0.0109 * t + 0.0529};
+  const Perez luminance{0.1787 * t - 1.4630, -0.3554 * t + 0.4275, -0.0227 * t + 5.3251, 0.1206 * t - 2.5771,
+                        -0.0670 * t + 0.3703};
+  const Perez chroma_x{-0.0193 * t - 0.2592, -0.0665 * t + 0.0008, -0.0004 * t + 0.2125, -0.0641 * t - 0.8989,
+                       -0.0033 * t + 0.0452};
+  const Perez chroma_y{-0.0167 * t - 0.2608, -0.0950 * t + 0.0092, -0.0079 * t + 0.2102, -0.0441 * t - 1.6537,
+                       -0.0109 * t + 0.0529};
   const double s = radians_between(sun, Vec3(0.0, 1.0, 0.0)), s2 = s * s, s3 = s2 * s;
-  const double zenith = (4.0453 * t - 4.9710) * tangent((4.0 / 9.0 - t / 120.0) * (kPi - 2.0 * s)) - 0.2155 * t + 2.4192;
+  const double chi = (4.0 / 9.0 - t / 120.0) * (kPi - 2.0 * s);
+  const double zenith = (4.0453 * t - 4.9710) * tangent(chi) - 0.2155 * t + 2.4192;
   const double zenith_x = t * t * (0.00166 * s3 - 0.00375 * s2 + 0.00209 * s) +
                           t * (-0.02903 * s3 + 0.06377 * s2 - 0.03202 * s + 0.00394) +
                           0.11693 * s3 - 0.21196 * s2 + 0.06052 * s + 0.25886;

@@ -159,10 +159,21 @@ Lit random_light(Random& random) {
     if (kind == 2) gap += 64 * 0x1p-24 * light_size;
     uint32_t light, blocker;
     switch (kind) {
-      case 0: light = builder.add_rectangle(light_size, light_size), blocker = builder.add_rectangle(2 * light_size, 2 * light_size); break;
-      case 1: light = builder.add_flat(Disk{0.5 * light_size}), blocker = builder.add_flat(Disk{light_size}); break;
-      case 2: light = builder.add_mesh(plate().transformed(light_size, Vec3(0.0)).build(), "auto"), blocker = builder.add_rectangle(2 * light_size, 2 * light_size); break;
-      default: light = builder.add_solid(Sphere{0.5 * light_size}), blocker = builder.add_solid(Sphere{0.5 * light_size + gap});
+      case 0:
+        light = builder.add_rectangle(light_size, light_size);
+        blocker = builder.add_rectangle(2 * light_size, 2 * light_size);
+        break;
+      case 1:
+        light = builder.add_flat(Disk{0.5 * light_size});
+        blocker = builder.add_flat(Disk{light_size});
+        break;
+      case 2:
+        light = builder.add_mesh(plate().transformed(light_size, Vec3(0.0)).build(), "auto");
+        blocker = builder.add_rectangle(2 * light_size, 2 * light_size);
+        break;
+      default:
+        light = builder.add_solid(Sphere{0.5 * light_size});
+        blocker = builder.add_solid(Sphere{0.5 * light_size + gap});
     }
     list.push_back({light, place, lamp});
     if (blocked) list.push_back({blocker, kind == 3 ? place : translate(gap * normal) * place});

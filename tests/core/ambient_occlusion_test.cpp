@@ -32,8 +32,7 @@ TEST(AmbientOcclusion, HasAClosedFormBesideAWall) {
     expect_near(estimate(*corner(height, {}), 256), 1.0 - 0.5 * (1.0 - 2.0 / std::hypot(2.0, height)));
 }
 
-// Of an endless wall, within a distance D > a of the point: the directions whose share is 1/2 (1 - a / D)^2 ... by the angle
-// b off the wall's normal in the plane of it and the floor's normal, cos b > a / D. Here D < a: nothing.
+// The wall is 2 metres away: nothing of it lies within less, and some of it within more.
 TEST(AmbientOcclusion, LooksNoFartherThanItsDistance) {
   EXPECT_EQ(estimate(*corner(3.0, {.ao_distance = 1.999}), 64).mean, 1.0);
   EXPECT_LT(estimate(*corner(3.0, {.ao_distance = 2.5}), 64).mean, 1.0);

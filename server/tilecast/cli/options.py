@@ -17,7 +17,8 @@ Accelerator = Annotated[str | None, typer.Option(
     "--accelerator", help="auto, none, bvh, sbvh, grid, grid-two-level, octree, octree-balanced, bsp or bsp-median.",
     show_default=False)]
 Integrator = Annotated[str | None, typer.Option(
-    "--integrator", help="path, direct, whitted, ambient-occlusion, or a view: normals, depth, primitives, instances, facing, cost.",
+    "--integrator", help="path, direct, whitted, ambient-occlusion, or a view: normals, depth, primitives, instances, "
+                          "facing, cost.",
     show_default=False)]
 Threads = Annotated[int | None, typer.Option("--threads", min=1, help="One a core by default.", show_default=False)]
 Seed = Annotated[int | None, typer.Option("--seed", help="Of the random numbers.", show_default=False)]

@@ -264,7 +264,8 @@ class _Compiler:
                     except _core.Error as error:
                         raise SceneError(where, f"names the file {background.file!r}: {error}") from None
                 case schema.SkyBackground():
-                    self.builder.sky(background.sun_direction, background.turbidity, background.ground, background.scale)
+                    sky = background
+                    self.builder.sky(sky.sun_direction, sky.turbidity, sky.ground, sky.scale)
                 case _:
                     self.builder.background(background)
 

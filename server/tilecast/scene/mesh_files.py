@@ -1,4 +1,5 @@
-"""The files that a scene names, meshes and images: which they are, how they are opened, and how they get other names."""
+"""The files that a scene names, meshes and images: which they are, how they are opened, and how they get other
+names."""
 
 from __future__ import annotations
 

@@ -8,7 +8,9 @@ from typing import Union as OneOf  # Union is a kind of object here
 from pydantic import Field, field_validator, model_validator
 from typing_extensions import TypeAliasType
 
-from .fields import SMALLEST, Coordinate, Direction, Integer, Model, Name, NotNegative, Positive, Vector, choice, fault, name_or_inline
+from .fields import (
+    SMALLEST, Coordinate, Direction, Integer, Model, Name, NotNegative, Positive, Vector, choice, fault,
+    name_or_inline)
 from .geometry import MESHES, check_faces, check_file
 from .materials import MaterialChoice
 from .steps import Transform
