@@ -68,7 +68,9 @@ Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, Traci
     double eta = dielectric ? media.eta(material, hit.entering) : 1.0;
     Bsdf bsdf(material, reflectance_at(scene, surface), eta);
     if (sample_lights && !bsdf.specular()) {
-      from = {surface.point, basis.z};
+      // Lights behind the surface count as well where any may come through.
+      const bool opaque = material.kind == MaterialKind::Diffuse || material.kind == MaterialKind::Conductor;
+      from = {surface.point, opaque ? basis.z : Vec3(0.0)};
       sum += throughput * next_event(scene, surface, from, basis, wo, bsdf, media, sampler, tracing);
     }
 
