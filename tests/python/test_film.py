@@ -130,18 +130,24 @@ def test_sums_of_the_wrong_shape_are_refused():
         Film(plan).add(next(plan.chunks()), np.zeros((2, 3, 4, 3)))
 
 
-def test_ranges_beyond_the_limit_wait():
-    plan = make_plan(8, 4, 16, 4)
+def test_tiles_may_have_different_samples_in_chunks_of_any_length():
+    plan = make_plan(8, 4, 64, 4)
+    left, right = plan.tiles
     image = draw(plan, normal)
     film = Film(plan)
-    film.limit = 2
-    for chunk in plan.chunks():
+    chunks = [Chunk(left, 0, 0, 16), Chunk(left, 1, 16, 6, False), Chunk(left, 2, 22, 10), Chunk(right, 0, 0, 48)]
+    for chunk in reversed(chunks):
         film.add(chunk, chunk_sums(image, chunk))
-    assert [film.tile_version(tile) for tile in plan.tiles] == [2, 2]
-    assert film.allow(3) == list(plan.tiles)
-    film.drop_waiting()
-    assert film.allow(4) == []
-    assert [film.tile_samples(tile) for tile in plan.tiles] == [8, 8]
+    assert film.samples == 16 * (32 + 48) and film.checkpoints_done == 1
+    assert np.allclose(film.pixels()[:, :4], image[:32, :, :4].mean(axis=0), rtol=1e-6)
+    assert np.allclose(film.pixels()[:, 4:], image[:48, :, 4:].mean(axis=0), rtol=1e-6)
+    halves = [image[:32, :, :4], image[:48, :, 4:]]
+    square = [(half[::2].mean(axis=0) - half[1::2].mean(axis=0)) ** 2 / 4 for half in halves]
+    assert film.error_after([2, 1]).mse == pytest.approx(np.mean(square))
+    assert np.allclose(film.variance(), np.concatenate(square, axis=1), rtol=1e-5)
+    assert (film.sample_counts() == [[32] * 4 + [48] * 4] * 4).all()
+    with pytest.raises(ValueError, match="must begin at sample 32, got 48"):
+        film.add(Chunk(left, 3, 48, 2), np.zeros((2, 4, 4, 3)))
 
 
 def test_a_reader_sees_whole_states_while_the_film_grows():

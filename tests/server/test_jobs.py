@@ -82,6 +82,14 @@ def test_an_exr_holds_layers_and_the_error_has_a_map(server, tmp_path):
     assert weighted == pytest.approx(image.error["relative_mse"])
 
 
+def test_an_adaptive_job_takes_the_samples_that_the_command_line_takes(server, tmp_path):
+    document = scene(width=80, height=64, samples=48, adaptive=True)
+    job = server.reach(server.submit(document), "done")
+    assert np.array_equal(exr(server, job, tmp_path), locally(document))
+    samples = {tile["samples"] for tile in server.client.get(job["links"]["tiles"]).json()["tiles"]}
+    assert min(samples) < 48 < max(samples) and job["tiles"]["size"] == 16
+
+
 def test_a_job_under_way_has_a_map_of_its_error(server):
     job = server.submit(long_scene(seed=77))
     server.progressed(job, 0.01)

@@ -26,7 +26,7 @@ def store(url):
 
 def new(name: str, owner: str = "me", key: str | None = None, request: str = "r", scene: str = "s") -> NewJob:
     stop, facts = {"seconds": None}, {"kernel": "k"}
-    return NewJob(name, owner, f"the {name}", 0, scene, 64, 48, 16, 16, stop, facts, None, key, request)
+    return NewJob(name, owner, f"the {name}", 0, scene, 64, 48, 16, 16, stop, False, facts, None, key, request)
 
 
 def add(store: Store, name: str, **fields):

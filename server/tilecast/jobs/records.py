@@ -19,6 +19,7 @@ class NewJob:
     samples: int
     tile_size: int
     stop: dict
+    adaptive: bool | None
     facts: dict | None
     callback: str | None
     idempotency_key: str | None
@@ -47,6 +48,7 @@ class Job:
     samples: int
     tile_size: int
     stop: dict
+    adaptive: bool | None
     event: int
     progress: float
     seconds: float

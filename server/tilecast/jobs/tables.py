@@ -47,6 +47,7 @@ jobs = Table(
     Column("samples", Integer, nullable=False),
     Column("tile_size", Integer, nullable=False),
     Column("stop", JSON, nullable=False),  # {"relative_mse", "seconds"}, either may be missing
+    Column("adaptive", Boolean),
     Column("event", Integer, nullable=False, default=0),
     Column("progress", Float, nullable=False, default=0.0),
     Column("seconds", Float, nullable=False, default=0.0),  # spent rendering

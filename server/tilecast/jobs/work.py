@@ -181,7 +181,7 @@ class JobWork:
             except FileNotFoundError:
                 log.warning("tile_missing", job=self.key, tile=row.index)
         curve = self._store.curve(self.key)
-        rendering = Rendering(plan, Stop.model_validate(self._job.stop))
+        rendering = Rendering(plan, Stop.model_validate(self._job.stop), adaptive=bool(self._job.adaptive))
         events = rendering.restore(stored, self._job.seconds, curve)
         film = rendering.film
         lost = [row.index for row in rows if film.tile_version(plan.tiles[row.index]) != row.version]

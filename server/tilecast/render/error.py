@@ -80,9 +80,9 @@ def tile_partials(sums: np.ndarray, samples: int, parts: Sequence[tuple[np.ndarr
     return found
 
 
-def tile_relative_mse(partials: np.ndarray, pixels: int) -> float:
-    """Of one tile alone, from its partials."""
-    return float(partials[2]) / pixels
+def relative_sums(partials: np.ndarray) -> np.ndarray:
+    """The relative squared error of each tile, summed over its pixels; from float64 [tiles, PARTIALS]."""
+    return partials[:, 2]
 
 
 def estimate(partials: np.ndarray, pixels: int) -> ErrorEstimate:

@@ -1,6 +1,6 @@
 """The image in the making: sums of samples, tile by tile.
 
-The ranges of a tile are added in the order of the plan whatever the order in which they arrive, so the bits
+The chunks of a tile are added in the order of their samples whatever the order in which they arrive, so the bits
 of the image do not depend on threads, machines or tile size. What a tile holds is never changed in place but
 replaced as a whole: a reader in another thread always sees one consistent state.
 """
@@ -8,6 +8,7 @@ replaced as a whole: a reader in another thread always sees one consistent state
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,31 +16,29 @@ import numpy as np
 from . import error
 from .plan import Chunk, Plan, Tile
 
-_FORMAT = 2  # of saved tiles
+_FORMAT = 3  # of saved tiles
 
 
 @dataclass(frozen=True)
 class _TileState:
     sums: np.ndarray | None = None  # float64 [2, h, w, 3]: even samples, odd samples; None: nothing yet
-    ranges: int = 0  # added so far
+    ranges: int = 0  # chunks added so far
+    samples: int = 0  # of each pixel
     partials: np.ndarray = field(default_factory=lambda: np.empty((0, error.PARTIALS)))  # [checkpoints so far, n]
     rays: tuple[int, int, int] = (0, 0, 0)  # camera, bounce, shadow
     seconds: float = 0.0  # of work, over all threads
 
 
 class Film:
-    """The sums of every tile of a plan. `limit` holds ranges back: those from it on are kept aside, as if
-    they had not arrived, until it is raised (see `allow`)."""
+    """The sums of every tile of a plan."""
 
     def __init__(self, plan: Plan):
         self.plan = plan
-        self.limit = len(plan.ranges)
         self.samples = 0  # taken, over all pixels
         self.tiles_begun = 0  # that have their first range
         self._tiles = [_TileState() for _ in plan.tiles]
-        self._waiting: list[dict[int, tuple]] = [{} for _ in plan.tiles]
-        self._at_checkpoint = [0] * len(plan.checkpoints)  # tiles that are there
-        self._position = {index: k for k, index in enumerate(plan.checkpoints)}
+        self._waiting: list[dict[int, tuple]] = [{} for _ in plan.tiles]  # by range, for those before them
+        self._at_checkpoint: list[int] = []  # how many tiles have come to their first, second, ...
 
     def add(self, chunk: Chunk, sums: np.ndarray, rays: tuple[int, int, int] = (0, 0, 0),
             seconds: float = 0.0) -> bool:
@@ -52,78 +51,79 @@ class Film:
                              f"got {np.shape(sums)}")
         waiting = self._waiting[tile.index]
         if chunk.range >= self._tiles[tile.index].ranges:
-            waiting.setdefault(chunk.range, (np.asarray(sums, np.float64), tuple(rays), seconds))
-        return self._drain(tile)
-
-    def allow(self, limit: int) -> list[Tile]:
-        """Lets ranges below `limit` be added; the tiles that have changed by it."""
-        self.limit = limit
-        return [tile for tile in self.plan.tiles if self._drain(tile)]
-
-    def drop_waiting(self) -> None:
-        """Forgets what has arrived but is held back."""
-        for waiting in self._waiting:
-            waiting.clear()
-
-    def _drain(self, tile: Tile) -> bool:
-        waiting, state = self._waiting[tile.index], self._tiles[tile.index]
+            waiting.setdefault(chunk.range, (chunk, np.asarray(sums, np.float64), tuple(rays), seconds))
+        state = self._tiles[tile.index]
         before = state.ranges
-        while state.ranges < self.limit and state.ranges in waiting:
+        while state.ranges in waiting:
             state = self._advanced(state, *waiting.pop(state.ranges))
         self._put(tile, state)
         return state.ranges > before
 
-    def _advanced(self, state: _TileState, sums: np.ndarray, rays: tuple, seconds: float) -> _TileState:
-        """The state with the next range added."""
-        done = state.ranges + 1
+    def _advanced(self, state: _TileState, chunk: Chunk, sums: np.ndarray, rays: tuple, seconds: float) -> _TileState:
+        """The state with the next chunk added."""
+        if chunk.first != state.samples:
+            raise ValueError(f"the next chunk of tile {chunk.tile.column}, {chunk.tile.row} must begin at sample "
+                             f"{state.samples}, got {chunk.first}")
+        done = state.samples + chunk.count
         # The first sums are taken as they are, not added to zero: so -0.0 stays what it is, whatever the
         # order.
         total = sums if state.sums is None else state.sums + sums
         partials = state.partials
-        if state.ranges in self._position:
-            before, now = self.plan.samples_after(state.ranges), self.plan.samples_after(done)
-            parts = () if state.sums is None else ((state.sums, before), (sums, now - before))
-            row = error.tile_partials(total, now, parts, partials[-1] if len(partials) else None)
+        if chunk.checkpoint:
+            parts = () if state.sums is None else ((state.sums, state.samples), (sums, chunk.count))
+            row = error.tile_partials(total, done, parts, partials[-1] if len(partials) else None)
             partials = np.vstack([partials, row])
-        return _TileState(total, done, partials, tuple(a + b for a, b in zip(state.rays, rays)),
+        return _TileState(total, state.ranges + 1, done, partials, tuple(a + b for a, b in zip(state.rays, rays)),
                           state.seconds + seconds)
 
     def _put(self, tile: Tile, state: _TileState) -> None:
-        before = self._tiles[tile.index].ranges
+        before = self._tiles[tile.index]
         self._tiles[tile.index] = state
-        self.tiles_begun += before == 0 < state.ranges
-        for index in range(before, state.ranges):
-            self.samples += tile.width * tile.height * self.plan.ranges[index][1]
-            if index in self._position:
-                self._at_checkpoint[self._position[index]] += 1
+        self.tiles_begun += before.ranges == 0 < state.ranges
+        self.samples += tile.width * tile.height * (state.samples - before.samples)
+        for at in range(len(before.partials), len(state.partials)):
+            if at == len(self._at_checkpoint):
+                self._at_checkpoint.append(0)
+            self._at_checkpoint[at] += 1
 
     # --- What is there
 
     @property
     def checkpoints_done(self) -> int:
-        """Checkpoints of the plan that every tile has reached."""
+        """Checkpoints that every tile has reached."""
         return next((k for k, tiles in enumerate(self._at_checkpoint) if tiles < len(self._tiles)),
                     len(self._at_checkpoint))
 
     def error(self, checkpoint: int) -> error.ErrorEstimate:
         """The estimate at a checkpoint that every tile has reached, counted from 0."""
-        rows = np.array([state.partials[checkpoint] for state in self._tiles])
-        return error.estimate(rows, self.plan.width * self.plan.height)
+        return self.error_after([checkpoint + 1] * len(self._tiles))
+
+    def error_after(self, checkpoints: Sequence[int]) -> error.ErrorEstimate:
+        """The estimate after so many checkpoints of each tile, at least one."""
+        return error.estimate(self._partials_after(checkpoints), self.plan.width * self.plan.height)
+
+    def relative_sums(self, checkpoints: Sequence[int]) -> np.ndarray:
+        """The relative squared error of each tile after so many of its checkpoints, summed over its pixels; float64
+        [tiles]."""
+        return error.relative_sums(self._partials_after(checkpoints))
+
+    def _partials_after(self, checkpoints: Sequence[int]) -> np.ndarray:
+        return np.array([state.partials[count - 1] for state, count in zip(self._tiles, checkpoints)])
 
     def tile_version(self, tile: Tile) -> int:
-        """How often the tile has changed: the number of its ranges that are added."""
+        """How often the tile has changed: the number of its chunks that are added."""
         return self._tiles[tile.index].ranges
 
     def tile_samples(self, tile: Tile) -> int:
         """Samples of each pixel of the tile."""
-        return self.plan.samples_after(self._tiles[tile.index].ranges)
+        return self._tiles[tile.index].samples
 
     def tile_pixels(self, tile: Tile) -> np.ndarray:
         """The tile as it stands: float32 [h, w, 3], linear RGB; 0 where there is no sample yet."""
         state = self._tiles[tile.index]
         if state.sums is None:
             return np.zeros((tile.height, tile.width, 3), np.float32)
-        return ((state.sums[0] + state.sums[1]) / self.plan.samples_after(state.ranges)).astype(np.float32)
+        return ((state.sums[0] + state.sums[1]) / state.samples).astype(np.float32)
 
     def pixels(self) -> np.ndarray:
         """The image as it stands: float32 [height, width, 3]."""
@@ -154,7 +154,7 @@ class Film:
     def tile_error(self, tile: Tile) -> float | None:
         """The relative MSE of the tile alone at its last checkpoint; None before there is one."""
         partials = self._tiles[tile.index].partials
-        return error.tile_relative_mse(partials[-1], tile.width * tile.height) if len(partials) else None
+        return float(error.relative_sums(partials[-1:])[0]) / (tile.width * tile.height) if len(partials) else None
 
     @property
     def rays(self) -> tuple[int, int, int]:
@@ -175,7 +175,7 @@ class Film:
             raise ValueError(f"tile {tile.column}, {tile.row} has no samples to save yet")
         out = io.BytesIO()
         np.savez(out, format=np.int64(_FORMAT), tile=self._identity(tile), ranges=np.int64(state.ranges),
-                 sums=state.sums, partials=state.partials, rays=np.array(state.rays, np.int64),
+                 samples=np.int64(state.samples), sums=state.sums, partials=state.partials, rays=np.array(state.rays, np.int64),
                  seconds=np.float64(state.seconds))
         return out.getvalue()
 
@@ -186,12 +186,11 @@ class Film:
             with np.load(io.BytesIO(data), allow_pickle=False) as stored:
                 arrays = dict(stored)
             same = int(arrays["format"]) == _FORMAT and np.array_equal(arrays["tile"], self._identity(tile))
-            state = _TileState(arrays["sums"], int(arrays["ranges"]), arrays["partials"],
+            state = _TileState(arrays["sums"], int(arrays["ranges"]), int(arrays["samples"]), arrays["partials"],
                                tuple(int(count) for count in arrays["rays"]), float(arrays["seconds"]))
         except Exception as problem:  # zipfile, zlib and numpy each have their own errors for damaged bytes
             raise ValueError(f"the stored tile {tile.column}, {tile.row} is damaged: {problem}") from problem
-        if not same or state.sums.shape != (2, tile.height, tile.width, 3) \
-                or len(state.partials) != sum(index < state.ranges for index in self.plan.checkpoints):
+        if not same or state.sums.shape != (2, tile.height, tile.width, 3) or state.partials.shape[1:] != (error.PARTIALS,):
             raise ValueError(f"the stored tile {tile.column}, {tile.row} belongs to another plan or tile")
         if self._tiles[tile.index].ranges:
             raise ValueError(f"tile {tile.column}, {tile.row} has samples already")

@@ -40,14 +40,15 @@ def render(compiled: Compiled, *, samples: int | None = None, threads: int | Non
     core.
 
     `on_event(event, rendering)` is called on another thread for each tile and point of the error curve as it
-    comes. Neither `threads` nor `tile_size` changes a pixel. A sample that is NaN or infinite raises the
+    comes. Neither `threads` nor, unless the scene is sampled adaptively, `tile_size` changes a pixel. A sample that is NaN or infinite raises the
     core's SampleError.
     """
     document = compiled.document
     plan = make_plan(compiled.scene.width, compiled.scene.height,
-                     document.render.samples if samples is None else samples, tile_size)
+                     document.render.samples if samples is None else samples, tile_size, document.render.adaptive)
     threads = threads or len(os.sched_getaffinity(0))
-    work = _Work(compiled, Rendering(plan, document.render.stop if stop is None else stop), on_event)
+    work = _Work(compiled, Rendering(plan, document.render.stop if stop is None else stop,
+                                         adaptive=document.render.adaptive), on_event)
     executor = ThreadPoolExecutor(threads, "render")
     dispatcher = Dispatcher(executor, threads)
     try:

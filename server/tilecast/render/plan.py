@@ -11,6 +11,7 @@ from functools import cached_property
 MOST_IN_RANGE = 1024  # samples; longer chunks would make pausing and retrying coarse
 _CHUNK_SAMPLES = 2**20  # of a whole chunk: about a second of one core
 _SMALLEST_TILE, _LARGEST_TILE, _MANY_TILES = 16, 128, 64
+_LARGEST_ADAPTIVE, _MOST_ADAPTIVE = 64, 4096
 
 
 @dataclass(frozen=True)
@@ -27,12 +28,13 @@ class Tile:
 
 @dataclass(frozen=True)
 class Chunk:
-    """The unit of work: samples first .. first + count - 1 of every pixel of a tile. `range` is the number of
-    the sample range in the plan."""
+    """The unit of work: samples first .. first + count - 1 of every pixel of a tile. `range` counts the chunks of
+    the tile; `checkpoint`: after it the tile's error is estimated."""
     tile: Tile
     range: int
     first: int
     count: int
+    checkpoint: bool = True
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,11 @@ class Plan:
     @property
     def rows(self) -> int:
         return -(-self.height // self.tile_size)
+
+    @property
+    def count(self) -> int:
+        """Of tiles."""
+        return self.columns * self.rows
 
     @cached_property
     def tiles(self) -> tuple[Tile, ...]:
@@ -95,19 +102,25 @@ class Plan:
 
     def chunks(self) -> Iterator[Chunk]:
         """All chunks: every tile's first range, then every tile's second, ..."""
+        checkpoints = set(self.checkpoints)
         for index, (first, count) in enumerate(self.ranges):
             for tile in self.order:
-                yield Chunk(tile, index, first, count)
+                yield Chunk(tile, index, first, count, index in checkpoints)
 
 
-def make_plan(width: int, height: int, samples: int, tile_size: int | None = None) -> Plan:
+def make_plan(width: int, height: int, samples: int, tile_size: int | None = None, adaptive: bool = False) -> Plan:
     """The plan of an image of width x height pixels with `samples` for each. The tile size only decides how
     the work is cut; without one, it is the largest power of two from 16 to 128 that keeps chunks near a
-    second and leaves some 64 tiles to share out."""
+    second and leaves some 64 tiles to share out. Adaptive sampling decides by tiles: theirs is the smallest from
+    16 to 64 that makes no more than 4096 of them."""
     if min(width, height, samples) < 1 or (tile_size is not None and tile_size < 1):
         raise ValueError(f"an image needs at least one pixel, sample and pixel a tile, got {width} x {height}, "
                          f"{samples} samples, tiles of {tile_size}")
-    if tile_size is None:
+    if tile_size is None and adaptive:
+        tile_size = _SMALLEST_TILE
+        while tile_size < _LARGEST_ADAPTIVE and Plan(width, height, samples, tile_size).count > _MOST_ADAPTIVE:
+            tile_size *= 2
+    elif tile_size is None:
         longest = max(count for _, count in Plan(width, height, samples, _LARGEST_TILE).ranges)
         pixels = min(_CHUNK_SAMPLES / longest, width * height / _MANY_TILES)
         tile_size = _SMALLEST_TILE

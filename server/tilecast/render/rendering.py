@@ -15,10 +15,9 @@ from ..scene.schema import Stop
 from .error import ErrorEstimate
 from .film import Film
 from .plan import Chunk, Plan, Tile
+from .rounds import PILOT, Rounds
 
 Event = dict[str, Any]
-
-PILOT = 16  # samples before `relative_mse` may stop an image: so few have often not met the light at all
 
 _log = logging.getLogger(__name__)
 
@@ -33,38 +32,33 @@ class ChunkResult:
 
 
 class Rendering:
-    """The making of one image after `plan`.
+    """The making of one image after `plan`, round by round; see `rounds`.
 
-    `stop.relative_mse` ends it at a checkpoint: the first from 16 samples on at which the upper end of the
-    error's interval is below the limit. Sums beyond a checkpoint are held back until it is decided, so the
-    image is the same however the chunks ran. `stop.seconds` hands out no new chunk after that time; what is
-    done is kept, and every pixel has its first samples. Time counts while chunks are in flight: an image that
-    is paused does not use up its seconds.
+    `stop.relative_mse` ends it with the first round after which the upper end of the error's interval is below the
+    limit, so the image is the same however the chunks ran. `stop.seconds` hands out no new chunk after that time; what
+    is done is kept, and every pixel has its first samples. Time counts while chunks are in flight: an image that is
+    paused does not use up its seconds.
     """
 
-    def __init__(self, plan: Plan, stop: Stop | None = None, clock: Callable[[], float] = time.monotonic):
+    def __init__(self, plan: Plan, stop: Stop | None = None, clock: Callable[[], float] = time.monotonic,
+                 adaptive: bool = False):
         self.plan = plan
         self.film = Film(plan)
         self.stop = stop or Stop()
         self.curve: list[dict[str, Any]] = []
-        self._stopped = False  # by relative_mse
-        self._chunks = iter(plan.chunks())
-        self._next: Chunk | None = None  # taken from _chunks, not yet handed out
+        self._rounds = Rounds(self.film, self.stop.relative_mse, adaptive)
+        self._next: Chunk | None = None  # taken from the round, not yet handed out
         self._again: list[Chunk] = []  # given back
         self._in_flight: set[tuple[int, int]] = set()  # (tile, range)
         self._clock = clock
         self._since = 0.0  # when the first of those in flight went out
         self._seconds = 0.0  # before that
-        if self.stop.relative_mse is not None:
-            self.film.limit = self._limit_after(0)
 
     # --- Handing out
 
     def next_chunk(self) -> Chunk | None:
         """The next chunk to render; None where there is nothing to hand out now. There may be again after a
         result."""
-        if self._stopped:
-            return None
         # A chunk that was given back is not new: without it, what has been done since might never be added.
         chunk = self._again.pop(0) if self._again else self._upcoming()
         if chunk is not None:
@@ -74,13 +68,9 @@ class Rendering:
         return chunk
 
     def _upcoming(self) -> Chunk | None:
-        while self._next is None or self._next.range < self.film.tile_version(self._next.tile):
-            self._next = next(self._chunks, None)
-            if self._next is None:
-                return None
-        if self._next.range > self.film.limit:  # one range ahead of an open decision is enough to keep everyone busy
-            return None
-        if self._next.range > 0 and self._expired():
+        if self._next is None:
+            self._next = self._rounds.next()
+        if self._next is None or (self._next.range > 0 and self._expired()):
             return None
         chunk, self._next = self._next, None
         return chunk
@@ -105,10 +95,7 @@ class Rendering:
         if self._in_flight or self._again:
             return False
         begun = self.film.tiles_begun == len(self.plan.tiles)
-        return self._stopped or (begun and (self._complete() or self._expired()))
-
-    def _complete(self) -> bool:
-        return self.film.samples == self.plan.width * self.plan.height * self.plan.samples
+        return self._rounds.ended or (begun and self._expired())
 
     def _expired(self) -> bool:
         return self.stop.seconds is not None and self.seconds >= self.stop.seconds
@@ -119,56 +106,32 @@ class Rendering:
         """Takes a result; the events that follow from it: tiles that have changed, points of the error
         curve."""
         self._landed(chunk)
-        if self._stopped:
+        if not self.film.add(chunk, result.sums, result.rays, result.seconds):
             return []
-        events = [self.tile_event(chunk.tile)] if self.film.add(chunk, result.sums, result.rays, result.seconds) else []
-        if self._expired():
-            events += self._tile_events(self.film.allow(len(self.plan.ranges)))
-        return events + self._checkpoints()
+        self._rounds.arrived(chunk.tile)
+        return [self.tile_event(chunk.tile), *self._advance({})]
 
-    def _checkpoints(self) -> list[Event]:
-        """Draws the points of the curve that all tiles have reached, and decides whether to go on."""
+    def _advance(self, known: Mapping[float, Mapping[str, Any]]) -> list[Event]:
+        """Draws the points of the curve that are reached, and begins the rounds that follow. Points that are `known`, by
+        their samples, have their time already; the others are events."""
         events: list[Event] = []
-        while len(self.curve) < self.film.checkpoints_done and not self._stopped:
-            at = len(self.curve)
-            point = {"seconds": self.seconds, "samples": self._checkpoint_samples(at),
-                     **self.film.error(at).to_json()}
-            self.curve.append(point)
-            events.append({"type": "error", **point})
-            events += self._decide()
+        while not self._rounds.ended:
+            for samples, estimate in self._rounds.points(len(self.curve)):
+                point = known.get(samples) if not events else None
+                if point is None:
+                    point = {"seconds": self.seconds, "samples": samples, **estimate.to_json()}
+                    events.append({"type": "error", **point})
+                self.curve.append({key: value for key, value in point.items() if key != "type"})
+            if not self._rounds.complete:
+                break
+            self._rounds.go_on(self.curve[-1]["high"] if self.curve else None)
         return events
-
-    def _decide(self) -> list[Event]:
-        """Whether the last point of the curve is enough; the tiles that change where it is not."""
-        target, point = self.stop.relative_mse, self.curve[-1]
-        if target is None:
-            return []
-        if point["samples"] >= PILOT and point["high"] <= target and self.film.limit < len(self.plan.ranges):
-            self._stopped = True
-            self._again.clear()
-            self.film.drop_waiting()
-            return []
-        return self._tile_events(self.film.allow(max(self.film.limit, self._limit_after(len(self.curve)))))
-
-    def _limit_after(self, decided: int) -> int:
-        """The ranges that may be added once so many checkpoints are decided: up to the next that could end
-        the image."""
-        for at in range(decided, len(self.plan.checkpoints)):
-            if self._checkpoint_samples(at) >= PILOT:
-                return self.plan.checkpoints[at] + 1
-        return len(self.plan.ranges)
-
-    def _checkpoint_samples(self, at: int) -> int:
-        return self.plan.samples_after(self.plan.checkpoints[at] + 1)
 
     def tile_event(self, tile: Tile) -> Event:
         """The event that says how a tile stands."""
         return {"type": "tile", "column": tile.column, "row": tile.row, "x": tile.x, "y": tile.y, "width": tile.width,
                 "height": tile.height, "version": self.film.tile_version(tile),
                 "samples": self.film.tile_samples(tile), "relative_mse": self.film.tile_error(tile)}
-
-    def _tile_events(self, tiles: Iterable[Tile]) -> list[Event]:
-        return [self.tile_event(tile) for tile in tiles]
 
     def restore(self, tiles: Mapping[int, bytes], seconds: float = 0.0,
                 curve: Iterable[Mapping[str, Any]] = ()) -> list[Event]:
@@ -182,14 +145,9 @@ class Rendering:
             except ValueError as problem:
                 _log.warning("%s; it is rendered again", problem)
         self._seconds = seconds
-        known = {point["samples"]: dict(point) for point in curve}
-        for at in range(self.film.checkpoints_done):
-            point = known.get(self._checkpoint_samples(at))
-            if point is None or self._stopped:
-                break
-            self.curve.append({key: value for key, value in point.items() if key != "type"})
-            self._decide()
-        return self._checkpoints()
+        for tile in self.plan.tiles:
+            self._rounds.arrived(tile)
+        return self._advance({point["samples"]: point for point in curve})
 
     # --- How it stands
 
@@ -223,11 +181,8 @@ class Rendering:
     def _part_of_samples(self) -> float:
         needed = self.plan.samples
         if self.stop.relative_mse is not None and self.curve:
-            # The error falls as 1 / samples; the stop waits for a checkpoint.
-            point = self.curve[-1]
-            enough = max(point["samples"] * point["high"] / self.stop.relative_mse, PILOT)
-            needed = next((samples for at in range(len(self.curve), len(self.plan.checkpoints))
-                           if (samples := self._checkpoint_samples(at)) >= enough), needed)
+            point = self.curve[-1]  # the error falls as 1 / samples
+            needed = min(max(point["samples"] * point["high"] / self.stop.relative_mse, PILOT), needed)
         return min(self.film.samples / (self.plan.width * self.plan.height * needed), 1.0)
 
     def statistics(self, facts: Mapping[str, Any] | None = None, write: float = 0.0) -> dict[str, Any]:

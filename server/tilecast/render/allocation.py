@@ -1,0 +1,91 @@
+"""How many samples each tile is to have: pure functions of what is known when a round of rendering has ended.
+
+Uniform rounds give every tile the same. Adaptive ones follow Neyman ("On the Two Different Aspects of the
+Representative Method", Journal of the Royal Statistical Society 97, 1934): the error of an image, the sum over its
+tiles of s / n, is least for a given number of samples where n is in proportion to sqrt(s), s being the relative
+variance of one sample of the tile.
+
+Tiles that have not met the light yet look as if they were finished, and stopping there would make the image too dark.
+So nothing is decided before the pilot's samples, half of a tile's s comes from the tiles around it, and no tile falls
+back behind an eighth of what the mean s would get.
+
+Counts of samples are levels: 2, 4, 8, 16, and then eight between a power of two and the next, so that both halves of
+the samples are equal and low-discrepancy points come in balanced groups.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+_STEPS = 8  # levels from a power of two to the next
+_LEAST = 1 / 64  # of the mean s
+_MOST = 16  # times the samples that a pixel has on average in the end
+
+
+def level_below(samples: np.ndarray) -> np.ndarray:
+    """The largest levels that are at most `samples`, which are at least 2; int64."""
+    whole = np.floor(samples).astype(np.int64)
+    _, exponent = np.frexp(whole.astype(np.float64))
+    step = np.maximum(np.int64(1) << np.maximum(exponent - 1, 0).astype(np.int64), 2 * _STEPS) // _STEPS
+    return np.where(whole < 2 * _STEPS, np.int64(1) << np.maximum(exponent - 1, 0).astype(np.int64), whole - whole % step)
+
+
+def level_above(samples: int) -> int:
+    """The smallest level above `samples`."""
+    power = 1 << max(samples.bit_length() - 1, 0)
+    return samples - samples % max(power // _STEPS, 2) + max(power // _STEPS, 2) if power >= 2 * _STEPS else 2 * power
+
+
+def next_mean(samples: float, most: int, short: float | None) -> int:
+    """Samples a pixel, on average, at the end of the next round: the next power of two, but at most `most`; and less
+    where the error is near its goal, `short` (above 1) being how many times it is too large. The error falls at least
+    as fast as 1 / samples: three quarters of the way on the logarithmic axis do not lead past the goal by much."""
+    now = math.floor(samples * 17 / 16)  # adaptive rounds end a little short of their mean; the same level for others
+    goal = 1 << now.bit_length()
+    if short is not None:
+        wanted = samples * math.sqrt(short) * math.sqrt(math.sqrt(short))
+        if wanted < goal:
+            goal = max(int(level_below(np.float64(wanted))), level_above(now))
+    return min(goal, most)
+
+
+def allocate(noise: np.ndarray, pixels: np.ndarray, done: np.ndarray, mean: float, most: int) -> np.ndarray:
+    """The samples that each tile is to have, int64 [rows, columns], `mean` for each pixel on average, or a little less.
+
+    `noise`: float64 [rows, columns], the sum over a tile's pixels of the relative variance of one sample; `pixels` and
+    `done`: of each tile, how many it has, and the samples of each that are in. `most`: see `next_mean`.
+    """
+    spread = np.sqrt(_smoothed(noise, pixels))
+    budget = mean * pixels.sum()
+
+    def given(factor: float) -> np.ndarray:
+        wanted = np.clip(factor * spread, 2, min(_MOST * most, 2**31))
+        return np.maximum(done, level_below(wanted))
+
+    low, high = 0.0, _MOST * most / spread.min()
+    for _ in range(100):
+        middle = 0.5 * (low + high)
+        if (given(middle) * pixels).sum() <= budget:
+            low = middle
+        else:
+            high = middle
+    return given(low)
+
+
+def _smoothed(noise: np.ndarray, pixels: np.ndarray) -> np.ndarray:
+    """s of a pixel of each tile: half its own, half that of the 3 x 3 tiles about it; 1 everywhere in an image without
+    noise."""
+    mean = noise.sum() / pixels.sum()
+    if not mean > 0:
+        return np.ones(noise.shape)
+    around = _around(noise) / _around(pixels.astype(np.float64))
+    return np.maximum(0.5 * (noise / pixels + around), _LEAST * mean)
+
+
+def _around(tiles: np.ndarray) -> np.ndarray:
+    """The sum over each tile and its neighbours."""
+    rows, columns = tiles.shape
+    padded = np.pad(tiles, 1)
+    return sum(padded[down:down + rows, right:right + columns] for down in range(3) for right in range(3))

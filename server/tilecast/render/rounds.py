@@ -1,0 +1,127 @@
+"""Which chunks an image is made of, round by round.
+
+Without a goal for the error and without adaptive sampling there is one round, and the whole plan is in it. Otherwise
+the first round is a pilot of 16 samples: so few have often not met the light at all, and nothing is decided on less.
+What comes next is decided when every tile has reached the end of a round, from the film alone. The same decisions
+follow after a restart, from the tiles that were stored; and the image depends on nobody's speed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import takewhile
+
+import numpy as np
+
+from .allocation import allocate, level_above, next_mean
+from .error import ErrorEstimate
+from .film import Film
+from .plan import MOST_IN_RANGE, Chunk, Tile
+
+PILOT = 16  # samples
+_ALL = 63 / 64  # of the samples that tiles may share: what is left is less than a level for most of them
+
+
+class Rounds:
+    """`target`: the relative MSE at which the image is good enough. `adaptive`: whether tiles get different numbers of
+    samples; the plan's are their mean over the image then."""
+
+    def __init__(self, film: Film, target: float | None, adaptive: bool):
+        self.film = film
+        self.ended = False
+        """No round comes after this one."""
+        self._target = target
+        self._adaptive = adaptive
+        self._plan = plan = film.plan
+        ranges = plan.ranges
+        if target is not None or adaptive:
+            ranges = tuple((first, count) for first, count in ranges if first < PILOT)
+        self._goals = [sum(ranges[-1])] * len(plan.tiles)  # samples of each tile at the end of the round
+        self._chunks = [len(ranges)] * len(plan.tiles)  # of each tile by then
+        self._first = sum(index < len(ranges) for index in plan.checkpoints)  # checkpoints in the first round
+        self._rows = [self._first] * len(plan.tiles)  # checkpoints of each tile by the end of this round
+        self._begin(takewhile(lambda chunk: chunk.range < len(ranges), plan.chunks()))
+
+    def _begin(self, chunks: Iterator[Chunk]) -> None:
+        """A round with these chunks."""
+        self._upcoming = chunks
+        self._short = {tile.index for tile in self._plan.tiles if self._is_short(tile.index)}
+
+    def _is_short(self, index: int) -> bool:
+        return self.film.tile_samples(self._plan.tiles[index]) < self._goals[index]
+
+    def next(self) -> Chunk | None:
+        """The next chunk of the round that the film does not have; None where all are handed out."""
+        return next((chunk for chunk in self._upcoming if chunk.range >= self.film.tile_version(chunk.tile)), None)
+
+    def arrived(self, tile: Tile) -> None:
+        """The film has more of this tile."""
+        if not self._is_short(tile.index):
+            self._short.discard(tile.index)
+
+    @property
+    def complete(self) -> bool:
+        """Whether every tile has reached the end of the round."""
+        return not self._short
+
+    @property
+    def mean(self) -> float:
+        """Samples of a pixel at the end of the round, on average."""
+        return self._mean(self._goals)
+
+    def _mean(self, goals: list[int]) -> float:
+        tiles = self._plan.tiles
+        total = sum(goal * tile.width * tile.height for goal, tile in zip(goals, tiles))
+        mean = total / (self._plan.width * self._plan.height)
+        return int(mean) if mean == int(mean) else mean
+
+    def points(self, drawn: int) -> Iterator[tuple[float, ErrorEstimate]]:
+        """The points of the error curve from the number `drawn` on that this round, or its beginning, has reached: samples
+        of a pixel on average, and the estimate."""
+        for at in range(drawn, min(self.film.checkpoints_done, self._first)):
+            yield self._plan.samples_after(self._plan.checkpoints[at] + 1), self.film.error(at)
+        if self.complete and max(self._rows) > self._first:
+            yield self.mean, self.film.error_after(self._rows)
+
+    def go_on(self, error: float | None) -> None:
+        """Begins the next round, or ends. To be called when the round is complete; `error`: the upper end of the interval
+        of its relative MSE, where there is one."""
+        most, done = self._plan.samples, self.mean
+        enough = self._target is not None and error is not None and done >= PILOT and error <= self._target
+        if enough or done >= (most * _ALL if self._adaptive else most):
+            self.ended = True
+            return
+        short = error / self._target if self._target is not None and error is not None else None
+        goals = self._next_goals(next_mean(done, most, short))
+        if goals == self._goals:  # what is left is less than a level of any tile
+            self.ended = True
+            return
+        before, self._goals = self._goals, goals
+        self._rows = [rows + (goal > done) for rows, goal, done in zip(self._rows, goals, before)]
+        self._begin(iter(self._new_chunks(before)))
+
+    def _next_goals(self, mean: int) -> list[int]:
+        plan = self._plan
+        if not self._adaptive:
+            return [mean] * len(plan.tiles)
+        shape = plan.rows, plan.columns
+        pixels = np.array([tile.width * tile.height for tile in plan.tiles]).reshape(shape)
+        done = np.array(self._goals).reshape(shape)
+        noise = self.film.relative_sums(self._rows).reshape(shape) * done
+        goals = allocate(noise, pixels, done, mean, plan.samples)
+        while (goals == done).all() and mean < plan.samples:  # few tiles: the mean falls between their levels
+            mean = min(level_above(mean), plan.samples)
+            goals = allocate(noise, pixels, done, mean, plan.samples)
+        return goals.ravel().tolist()
+
+    def _new_chunks(self, before: list[int]) -> list[Chunk]:
+        """From the samples of each tile `before` to the goals."""
+        found = []
+        for tile in self._plan.order:
+            first, goal = before[tile.index], self._goals[tile.index]
+            while first < goal:
+                count = min(MOST_IN_RANGE, goal - first)
+                found.append(Chunk(tile, self._chunks[tile.index], first, count, first + count == goal))
+                self._chunks[tile.index] += 1
+                first += count
+        return found
