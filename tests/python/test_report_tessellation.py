@@ -37,14 +37,14 @@ def test_rays_find_the_depth_that_paper_says(report):
 
 
 def test_a_silhouette_misses_what_its_outline_leaves_out(report):
-    """Seen from afar a convex mesh fills the hull of its projected corners; the rays are a grid of 500 squared, whose
-    count of a convex shape is exact to its outline's length over the spacing's."""
+    """Seen from afar a convex mesh fills the hull of its projected corners. The rays are a grid of 500 angles by 500
+    radii, each angle's count exact to one ray: about 1/500 of the ring's share, an eighth of which is missed at least."""
     for level, row in enumerate(report["rows"]):
         vertices, _ = tessellation.icosphere(level)
         across = np.cross(tessellation._VIEW, [0, 1, 0])
         across /= np.linalg.norm(across)
         flat = np.stack([vertices @ across, vertices @ np.cross(across, tessellation._VIEW)], axis=1)
-        assert row["silhouette"] == pytest.approx(1 - hull_area(flat) / np.pi, abs=4e-4)
+        assert row["silhouette"] == pytest.approx(1 - hull_area(flat) / np.pi, rel=0.02)
 
 
 def hull_area(points):

@@ -1,8 +1,8 @@
 """What it costs to put triangles for a sphere: the error of inscribed meshes against the exact solid.
 
 A unit icosahedron is subdivided at the middles of its edges, its new vertices moved out onto the sphere. Measured by
-rays: along radii, how far the mesh lies below the sphere; along parallels, what part of the sphere's silhouette the mesh
-misses. On paper: the mesh lies deepest at the centre of the circle around its largest triangle, by the sagitta 1 - d with
+rays: along radii, how far the mesh lies below the sphere; along parallels near the rim, what part of the sphere's
+silhouette the mesh misses. On paper: the mesh lies deepest at the centre of the circle around its largest triangle, by the sagitta 1 - d with
 d the distance of that triangle's plane from the centre. Both fall as 1 / triangles.
 """
 
@@ -19,7 +19,6 @@ from .text import aligned, figure
 
 LEVELS = 8  # 20 to 327,680 triangles
 _RAYS = 500  # squared: of each kind
-_ENOUGH = 100  # rays that must miss for a share of the silhouette to count
 _VIEW = np.array([0.36, 0.48, 0.8])  # along no symmetry of the icosahedron; of length 1
 
 
@@ -60,30 +59,28 @@ def tessellation(levels: int = LEVELS) -> dict[str, Any]:
     grid = (np.arange(_RAYS) + 0.5) / _RAYS
     u, v = (part.ravel() for part in np.meshgrid(grid, grid))
     outward = _directions(u, v)
-    parallels = _parallels(2 * u - 1, 2 * v - 1)
     sphere = load({"camera": {"position": [0, 0, 5], "target": [0, 0, 0]}, "scene": [
         {"object": {"type": "sphere", "radius": 1}}]})
-    depths, meets, seconds = _traced(sphere, outward, parallels)
+    depths, _, seconds = _traced(sphere, outward, _parallels(u, v, 0.0))
     rows = []
     for level in range(levels):
         vertices, faces = icosphere(level)
         scene = mesh(vertices, faces)
-        found, met, took = _traced(scene, outward, parallels)
+        depth = sagitta(vertices, faces)
+        found, met, took = _traced(scene, outward, _parallels(u, v, 1 - depth))
         gap = depths - found
-        rows.append({"triangles": len(faces), "deepest": float(gap.max()), "sagitta": sagitta(vertices, faces),
-                     "rms": float(np.sqrt((gap * gap).mean())), "silhouette": float(1 - met.sum() / meets.sum()),
+        ring = 1 - (1 - depth) ** 2  # of the disk's area: within it the mesh misses nothing
+        rows.append({"triangles": len(faces), "deepest": float(gap.max()), "sagitta": depth,
+                     "rms": float(np.sqrt((gap * gap).mean())), "silhouette": float(ring * (1 - met.mean())),
                      "seconds": took, "bytes": scene.accelerator["bytes"]})
     return {"rays": 2 * _RAYS**2, "sphere": {"seconds": seconds}, "rows": rows,
-            "slope": {"deepest": _slope(rows, "deepest", 0.0),
-                      "silhouette": _slope(rows, "silhouette", _ENOUGH / meets.sum())}}
+            "slope": {key: _slope(rows, key) for key in ("deepest", "silhouette")}}
 
 
-def _slope(rows: Sequence[dict[str, Any]], key: str, least: float) -> float | None:
-    """Over triangles, of what is above `least`."""
-    points = [(row["triangles"], row[key]) for row in rows if row[key] > least]
-    if len(points) < 2:
-        return None
-    return float(np.polyfit(*np.log(np.array(points)).T, 1)[0])
+def _slope(rows: Sequence[dict[str, Any]], key: str) -> float | None:
+    """Over triangles."""
+    points = [(row["triangles"], row[key]) for row in rows if row[key] > 0]
+    return float(np.polyfit(*np.log(np.array(points)).T, 1)[0]) if len(points) > 1 else None
 
 
 def _directions(u: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -93,10 +90,12 @@ def _directions(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     return np.stack([r * np.cos(2 * np.pi * v), r * np.sin(2 * np.pi * v), z], axis=1)
 
 
-def _parallels(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Where parallel rays start, outside of the sphere; float64 [n, 3]."""
+def _parallels(u: np.ndarray, v: np.ndarray, inner: float) -> np.ndarray:
+    """Where parallel rays start, outside of the sphere, even over the ring between `inner` and its rim; float64 [n, 3]."""
     across = np.cross(_VIEW, [0.0, 1.0, 0.0])
     across /= np.linalg.norm(across)
+    r = np.sqrt(inner**2 + (1 - inner**2) * u)
+    x, y = r * np.cos(2 * np.pi * v), r * np.sin(2 * np.pi * v)
     return np.outer(x, across) + np.outer(y, np.cross(across, _VIEW)) - 2 * _VIEW
 
 
