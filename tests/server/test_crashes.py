@@ -37,7 +37,8 @@ def test_a_killed_server_goes_on_where_it_was(make_server, undisturbed, tmp_path
     assert [point["samples"] for point in stats["curve"]] == [2**k for k in range(1, 11)]
     assert stats["rays"]["camera"] == 96 * 64 * 1024
     leftovers = [path for path in (server.folder / "blobs" / "jobs" / job["id"]).rglob("*") if path.is_file()]
-    assert {path.name for path in leftovers} == {"pixels.npy", "thumbnail.png"}
+    # The first hits were made for the EXR above.
+    assert {path.name for path in leftovers} == {"pixels.npy", "variance.npy", "first-hits.npy", "thumbnail.png"}
 
 
 def test_a_killed_worker_costs_nothing_but_time(make_server, undisturbed, tmp_path):
