@@ -60,20 +60,23 @@ def test_the_next_round_ends_at_a_power_of_two_or_near_the_target(samples, most,
 def test_shares_follow_the_square_root_of_the_noise_and_keep_within_the_mean():
     noise, pixels, done = np.ones((8, 8)), np.full((8, 8), 256), np.full((8, 8), 16)
     noise[:, :4] = 16.0
-    goals = allocate(noise * pixels, pixels, done, 160, 4096)
+    one = np.ones((8, 8))
+    goals = allocate(noise * pixels, one, pixels, done, 160, 4096)
     assert (goals * pixels).sum() <= 160 * pixels.sum() and goals.mean() > 150
     assert goals[4, 0] / goals[4, 7] == pytest.approx(4, rel=1 / 8)
-    assert (allocate(noise * pixels, pixels, goals, 200, 4096) >= goals).all()
+    assert (allocate(noise * pixels, one, pixels, goals, 200, 4096) >= goals).all()
+    dear = allocate(one * pixels, np.where(np.arange(8) < 4, 4.0, 1.0) * one, pixels, done, 160, 4096)
+    assert dear[4, 7] / dear[4, 0] == pytest.approx(2, rel=1 / 8)
 
 
 def test_no_tile_is_left_behind_and_none_takes_all():
     noise, pixels, done = np.zeros((32, 32)), np.full((32, 32), 256), np.full((32, 32), 16)
     noise[16, 16] = 1e9
-    goals = allocate(noise, pixels, done, 256, 256)
+    goals = allocate(noise, np.ones((32, 32)), pixels, done, 256, 256)
     assert goals[0, 0] >= 16 and goals[16, 16] == 16 * 256 and (goals[15:18, 15:18] > 256).all()
-    goals = allocate(noise, pixels, done, 2**14, 2**14)
+    goals = allocate(noise, np.ones((32, 32)), pixels, done, 2**14, 2**14)
     assert goals[0, 0] > 2**14 / 16
-    flat = allocate(np.zeros((4, 4)), np.full((4, 4), 256), np.full((4, 4), 16), 100, 128)
+    flat = allocate(np.zeros((4, 4)), np.ones((4, 4)), np.full((4, 4), 256), np.full((4, 4), 16), 100, 128)
     assert (flat == 96).all()  # the level below 100
 
 

@@ -2,8 +2,8 @@
 
 Uniform rounds give every tile the same. Adaptive ones follow Neyman ("On the Two Different Aspects of the
 Representative Method", Journal of the Royal Statistical Society 97, 1934): the error of an image, the sum over its
-tiles of s / n, is least for a given number of samples where n is in proportion to sqrt(s), s being the relative
-variance of one sample of the tile.
+tiles of s / n, is least for a given cost, the sum of c n, where n is in proportion to sqrt(s / c): s is the relative
+variance of one sample of the tile, c what it costs. Rays are counted for that, which no clock disturbs.
 
 Tiles that have not met the light yet look as if they were finished, and stopping there would make the image too dark.
 So nothing is decided before the pilot's samples, half of a tile's s comes from the tiles around it, and no tile falls
@@ -51,13 +51,15 @@ def next_mean(samples: float, most: int, short: float | None) -> int:
     return min(goal, most)
 
 
-def allocate(noise: np.ndarray, pixels: np.ndarray, done: np.ndarray, mean: float, most: int) -> np.ndarray:
+def allocate(noise: np.ndarray, cost: np.ndarray, pixels: np.ndarray, done: np.ndarray, mean: float,
+             most: int) -> np.ndarray:
     """The samples that each tile is to have, int64 [rows, columns], `mean` for each pixel on average, or a little less.
 
-    `noise`: float64 [rows, columns], the sum over a tile's pixels of the relative variance of one sample; `pixels` and
-    `done`: of each tile, how many it has, and the samples of each that are in. `most`: see `next_mean`.
+    `noise`: float64 [rows, columns], the sum over a tile's pixels of the relative variance of one sample; `cost`: of one
+    sample of a pixel, positive; `pixels` and `done`: how many there are in each tile, and the samples of each that are
+    in. `most`: see `next_mean`.
     """
-    spread = np.sqrt(_smoothed(noise, pixels))
+    spread = np.sqrt(_smoothed(noise, pixels) / cost)
     budget = mean * pixels.sum()
 
     def given(factor: float) -> np.ndarray:

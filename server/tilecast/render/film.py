@@ -26,6 +26,7 @@ class _TileState:
     samples: int = 0  # of each pixel
     partials: np.ndarray = field(default_factory=lambda: np.empty((0, error.PARTIALS)))  # [checkpoints so far, n]
     rays: tuple[int, int, int] = (0, 0, 0)  # camera, bounce, shadow
+    rays_at: tuple[int, ...] = ()  # all of them at each checkpoint
     seconds: float = 0.0  # of work, over all threads
 
 
@@ -68,13 +69,14 @@ class Film:
         # The first sums are taken as they are, not added to zero: so -0.0 stays what it is, whatever the
         # order.
         total = sums if state.sums is None else state.sums + sums
-        partials = state.partials
+        partials, rays_at = state.partials, state.rays_at
+        rays = tuple(a + b for a, b in zip(state.rays, rays))
         if chunk.checkpoint:
+            rays_at = (*rays_at, sum(rays))
             parts = () if state.sums is None else ((state.sums, state.samples), (sums, chunk.count))
             row = error.tile_partials(total, done, parts, partials[-1] if len(partials) else None)
             partials = np.vstack([partials, row])
-        return _TileState(total, state.ranges + 1, done, partials, tuple(a + b for a, b in zip(state.rays, rays)),
-                          state.seconds + seconds)
+        return _TileState(total, state.ranges + 1, done, partials, rays, rays_at, state.seconds + seconds)
 
     def _put(self, tile: Tile, state: _TileState) -> None:
         before = self._tiles[tile.index]
@@ -106,6 +108,10 @@ class Film:
         """The relative squared error of each tile after so many of its checkpoints, summed over its pixels; float64
         [tiles]."""
         return error.relative_sums(self._partials_after(checkpoints))
+
+    def rays_after(self, checkpoints: Sequence[int]) -> np.ndarray:
+        """All rays of each tile up to so many of its checkpoints, float64 [tiles]."""
+        return np.array([state.rays_at[count - 1] for state, count in zip(self._tiles, checkpoints)], np.float64)
 
     def _partials_after(self, checkpoints: Sequence[int]) -> np.ndarray:
         return np.array([state.partials[count - 1] for state, count in zip(self._tiles, checkpoints)])
@@ -176,6 +182,7 @@ class Film:
         out = io.BytesIO()
         np.savez(out, format=np.int64(_FORMAT), tile=self._identity(tile), ranges=np.int64(state.ranges),
                  samples=np.int64(state.samples), sums=state.sums, partials=state.partials, rays=np.array(state.rays, np.int64),
+                 rays_at=np.array(state.rays_at, np.int64),
                  seconds=np.float64(state.seconds))
         return out.getvalue()
 
@@ -187,10 +194,11 @@ class Film:
                 arrays = dict(stored)
             same = int(arrays["format"]) == _FORMAT and np.array_equal(arrays["tile"], self._identity(tile))
             state = _TileState(arrays["sums"], int(arrays["ranges"]), int(arrays["samples"]), arrays["partials"],
-                               tuple(int(count) for count in arrays["rays"]), float(arrays["seconds"]))
+                               tuple(arrays["rays"].tolist()), tuple(arrays["rays_at"].tolist()),
+                               float(arrays["seconds"]))
         except Exception as problem:  # zipfile, zlib and numpy each have their own errors for damaged bytes
             raise ValueError(f"the stored tile {tile.column}, {tile.row} is damaged: {problem}") from problem
-        if not same or state.sums.shape != (2, tile.height, tile.width, 3) or state.partials.shape[1:] != (error.PARTIALS,):
+        if not same or state.sums.shape != (2, tile.height, tile.width, 3) or state.partials.shape != (len(state.rays_at), error.PARTIALS):
             raise ValueError(f"the stored tile {tile.column}, {tile.row} belongs to another plan or tile")
         if self._tiles[tile.index].ranges:
             raise ValueError(f"tile {tile.column}, {tile.row} has samples already")

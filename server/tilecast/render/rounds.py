@@ -108,10 +108,11 @@ class Rounds:
         pixels = np.array([tile.width * tile.height for tile in plan.tiles]).reshape(shape)
         done = np.array(self._goals).reshape(shape)
         noise = self.film.relative_sums(self._rows).reshape(shape) * done
-        goals = allocate(noise, pixels, done, mean, plan.samples)
+        cost = 1 + self.film.rays_after(self._rows).reshape(shape) / (pixels * done)  # 1: all that is no ray
+        goals = allocate(noise, cost, pixels, done, mean, plan.samples)
         while (goals == done).all() and mean < plan.samples:  # few tiles: the mean falls between their levels
             mean = min(level_above(mean), plan.samples)
-            goals = allocate(noise, pixels, done, mean, plan.samples)
+            goals = allocate(noise, cost, pixels, done, mean, plan.samples)
         return goals.ravel().tolist()
 
     def _new_chunks(self, before: list[int]) -> list[Chunk]:
