@@ -215,7 +215,7 @@ def main() -> None:
     parser.add_argument("--samples", default="16,64,256", help="of Mitsuba, whose error ours has to reach")
     parser.add_argument("--reference", type=int, default=2048, help="samples of each of the two references")
     parser.add_argument("--variants", default="llvm_ad_rgb,scalar_rgb")
-    parser.add_argument("--scenes", default=",".join(["cornell", "glass and mirror"]))
+    parser.add_argument("--scenes", default=",".join(CASES))
     parser.add_argument("--json", type=Path)
     arguments = parser.parse_args()
     try:
