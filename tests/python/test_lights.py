@@ -145,6 +145,14 @@ def test_images_come_as_linear_rgb(tmp_path):
     assert np.array_equal(loaded, read[..., [stored["R"], stored["G"], stored["B"]]])
 
 
+def test_an_hdr_comes_with_its_common_exponents():
+    header = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n"
+    pixels = images.load(header + bytes([128, 64, 32, 129, 255, 0, 16, 140]), "a.hdr")  # mantissa / 256 x 2^(e - 128)
+    assert np.array_equal(pixels, np.float32([[[1, 0.5, 0.25], [255 * 16, 0, 256]]]))
+    with pytest.raises(SceneError, match="not a readable HDR image"):
+        images.load(header + bytes([128, 64]), "a.hdr")
+
+
 def test_a_sky_lights_the_scene():
     noon, evening = (irradiance(64, background={"type": "sky", "sun_direction": sun}) for sun in ([0, 1, 0.2], [1, 0.1, 0]))
     assert noon > 2 * evening > 0

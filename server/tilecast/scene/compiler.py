@@ -258,7 +258,7 @@ class _Compiler:
                         raise SceneError(where, error.message) from None
                     self.load_seconds += time.perf_counter() - start
                     with np.errstate(over="ignore"):  # the core refuses infinity
-                        pixels = pixels * np.float32(background.scale)
+                        pixels *= np.float32(background.scale)
                     try:
                         self.builder.environment(pixels, background.rotation)
                     except _core.Error as error:
