@@ -130,7 +130,9 @@ TEST(PixelFilter, ConvolvesByTheFilter) {
         double weight = 1.0;
         const Vec2 p = filter.sample({(i + 0.5) / kSide, (j + 0.5) / kSide}, weight) - 0.5;
         ASSERT_LE(std::fabs(p.x), PixelFilter::radius(kind));
-        if (kind != PixelFilter::Kind::Mitchell) ASSERT_EQ(weight, 1.0);
+        if (kind != PixelFilter::Kind::Mitchell) {
+          ASSERT_EQ(weight, 1.0);
+        }
         weights += weight;
         ramp += weight * (3.0 * p.x - 2.0 * p.y);
         square += weight * p.x * p.x;

@@ -73,7 +73,9 @@ TEST(Environment, IsSampledWithItsDensity) {
       const Environment::Sample found = environment.sample({unit(random), unit(random)});
       ASSERT_GT(found.pdf, 0.0);
       ASSERT_NEAR(glm::length(found.direction), 1.0, 1e-14);
-      if (i % 64 == 0) ASSERT_NEAR(environment.pdf(found.direction) / found.pdf, 1.0, 1e-12);
+      if (i % 64 == 0) {
+        ASSERT_NEAR(environment.pdf(found.direction) / found.pdf, 1.0, 1e-12);
+      }
       const Vec3 d = back.vector(found.direction);
       const double across = std::atan2(d.x, -d.z) / (2 * kPi) + 0.5, down = std::acos(std::clamp(d.y, -1.0, 1.0)) / kPi;
       const int x = std::min(kWidth * kFine - 1, static_cast<int>(across * kWidth * kFine));
@@ -100,7 +102,9 @@ TEST(Environment, CanSampleAllThatIsNotBlack) {
   std::mt19937_64 random(3);
   for (int i = 0; i < 20'000; ++i) {
     const Vec3 d = random_direction(random);
-    if (max_component(environment.radiance(d)) > 0.0) ASSERT_GT(environment.pdf(d), 0.0);
+    if (max_component(environment.radiance(d)) > 0.0) {
+      ASSERT_GT(environment.pdf(d), 0.0);
+    }
   }
 }
 

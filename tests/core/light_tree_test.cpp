@@ -64,7 +64,9 @@ TEST(LightTree, ChoosesWithItsProbabilities) {
     for (int i = 0; i < kSamples; ++i) {
       const LightChoice choice = lights.choose(unit(random), place);
       ++counts[choice.probability > 0.0 ? choice.light : lights.count()];
-      if (choice.probability > 0.0) ASSERT_NEAR(choice.probability, lights.probability(choice.light, place), 1e-14);
+      if (choice.probability > 0.0) {
+        ASSERT_NEAR(choice.probability, lights.probability(choice.light, place), 1e-14);
+      }
     }
     expect_distributed(counts, expected);
   }
@@ -86,7 +88,9 @@ TEST(LightTree, LeavesOutNoLightThatReachesThePlace) {
       const LitPlace place = place_on_floor(random);
       Sampler sampler(k, 0, 0, 0);
       for (size_t i = 0; i < scene->lights.count(); ++i)
-        if (brought(*scene, place, i, sampler) > 0.0) ASSERT_GT(scene->lights.probability(i, place), 0.0) << i;
+        if (brought(*scene, place, i, sampler) > 0.0) {
+          ASSERT_GT(scene->lights.probability(i, place), 0.0) << i;
+        }
     }
   }
 }
