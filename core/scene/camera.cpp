@@ -41,7 +41,8 @@ Camera Camera::orthographic(const View& view, double extent) {
 }
 
 Camera Camera::thin_lens(const View& view, double fov, double aperture, double focus_distance) {
-  if (!(aperture >= 0.0 && aperture <= kLongest)) throw Error("aperture: must lie between 0 and 1e100, got " + text(aperture));
+  if (!(aperture >= 0.0 && aperture <= kLongest))
+    throw Error("aperture: must lie between 0 and 1e100, got " + text(aperture));
   check_positive(focus_distance, "focus_distance");
   const double pixel = pixel_of(fov, view.height);
   Camera camera(Kind::ThinLens, view, pixel);

@@ -103,7 +103,8 @@ Environment::Sample Environment::sample(const Vec2& u) const {
 double Environment::pdf(const Vec3& direction) const {
   if (black()) return 0.0;
   const Place place = place_of(direction);
-  return density(std::min(static_cast<int>(place.across), width_ - 1), std::min(static_cast<int>(place.down), height_ - 1));
+  return density(std::min(static_cast<int>(place.across), width_ - 1),
+                 std::min(static_cast<int>(place.down), height_ - 1));
 }
 
 }  // namespace tilecast

@@ -65,7 +65,8 @@ LightBounds around(const LightBounds& a, const LightBounds& b) {
 // The measure of the directions into which light goes: equation 1 of the paper.
 double orientation(const LightBounds& b) {
   const double o = 2.0 * kPi * b.normals;
-  const double widest = 2.0 * kPi * std::min(0.5, b.normals + turns_between({1.0, 0.0, 0.0}, {b.cos_emission, other(b.cos_emission), 0.0}));
+  const double emission = atan2_turns(other(b.cos_emission), b.cos_emission);
+  const double widest = 2.0 * kPi * std::min(0.5, b.normals + emission);
   double sine, cosine;
   sincos_2pi(b.normals, sine, cosine);
   const double turns = b.normals - widest / kPi;  // o - 2 widest
@@ -82,7 +83,9 @@ double cost(const LightBounds& b) {
 
 }  // namespace
 
-double turns_between(const Vec3& a, const Vec3& b) { return atan2_turns(glm::length(glm::cross(a, b)), glm::dot(a, b)); }
+double turns_between(const Vec3& a, const Vec3& b) {
+  return atan2_turns(glm::length(glm::cross(a, b)), glm::dot(a, b));
+}
 
 double LightTree::Node::importance(const LitPlace& place) const {
   const Vec3 from = place.point - centre;  // from the lights
@@ -171,10 +174,11 @@ void LightTree::build(std::vector<Item>& items, size_t begin, size_t end, int de
   }
   if (middle == begin || middle == end) {
     middle = begin + (end - begin) / 2;
-    std::nth_element(items.begin() + begin, items.begin() + middle, items.begin() + end, [&](const Item& a, const Item& b) {
+    auto before = [&](const Item& a, const Item& b) {
       const double x = a.bounds.box.centre()[axis], y = b.bounds.box.centre()[axis];
       return x != y ? x < y : a.light < b.light;
-    });
+    };
+    std::nth_element(items.begin() + begin, items.begin() + middle, items.begin() + end, before);
   }
   build(items, begin, middle, depth + 1);
   node.second = static_cast<uint32_t>(nodes_.size());

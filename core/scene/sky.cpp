@@ -45,7 +45,8 @@ Environment make_environment(const Sky& sky) {
   if (!(sun.y >= 0.0)) throw Error("sun_direction: must not point below the horizon");
   if (!(sky.turbidity >= 2.0 && sky.turbidity <= 10.0))
     throw Error("turbidity: must lie between 2 and 10, got " + text(sky.turbidity));
-  if (!(sky.scale >= 0.0 && sky.scale <= 1e20)) throw Error("scale: must lie between 0 and 1e20, got " + text(sky.scale));
+  if (!(sky.scale >= 0.0 && sky.scale <= 1e20))
+    throw Error("scale: must lie between 0 and 1e20, got " + text(sky.scale));
   for (int i = 0; i < 3; ++i)
     if (!(sky.ground[i] >= 0.0 && sky.ground[i] <= 1.0)) throw Error("ground: must lie between 0 and 1");
 
