@@ -66,8 +66,8 @@ def test_a_given_reference_is_measured_against(scene, tmp_path):
 
 def test_what_changes_the_noise_has_curves(tmp_path):
     """In the Cornell box, whose lamp a path meets by chance alone one time in a hundred."""
-    result = report(CORNELL, "--seeds", 2, "--repeats", 1, "--size", "20x20", "--samples", 8, "--reference-samples", 512,
-                    "-q", "-o", tmp_path, "--vary", "render.next_event=true,false")
+    result = report(CORNELL, "--seeds", 2, "--repeats", 1, "--size", "20x20", "--samples", 8, "--reference-samples",
+                    512, "-q", "-o", tmp_path, "--vary", "render.next_event=true,false")
     assert result.exit_code == 0, result.output
     found = json.loads((tmp_path / "report.json").read_text())
     assert [row["value"] for row in found["rows"]] == [curve["value"] for curve in found["curves"]] == [True, False]

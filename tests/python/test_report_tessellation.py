@@ -29,8 +29,8 @@ def test_the_sagitta_of_an_icosahedron_is_known():
 
 
 def test_rays_find_the_depth_that_paper_says(report):
-    """None goes deeper than the sagitta (but for the vertices' rounding to float32, 1e-7 each), and among a quarter of
-    a million, some come close to the centre of the largest triangle."""
+    """None goes deeper than the sagitta (but for the vertices' rounding to float32, 1e-7 each), and among a quarter
+    of a million, some come close to the centre of the largest triangle."""
     for row in report["rows"]:
         assert 0.95 * row["sagitta"] < row["deepest"] < row["sagitta"] + 1e-6
         assert row["rms"] < row["deepest"]
@@ -38,7 +38,7 @@ def test_rays_find_the_depth_that_paper_says(report):
 
 def test_a_silhouette_misses_what_its_outline_leaves_out(report):
     """Seen from afar a convex mesh fills the hull of its projected corners. The rays are a grid of 500 angles by 500
-    radii, each angle's count exact to one ray: about 1/500 of the ring's share, an eighth of which is missed at least."""
+    radii, each angle's count exact to one ray: 1/500 of the ring, of which an eighth is missed at least."""
     for level, row in enumerate(report["rows"]):
         vertices, _ = tessellation.icosphere(level)
         across = np.cross(tessellation._VIEW, [0, 1, 0])

@@ -31,8 +31,8 @@ def calibrate(render: Render, seeds: Sequence[int], samples: int,
     """For `mse` and `relative_mse`, as plain JSON values: coverage {mean, low, high} of the images' 95% intervals, with
     Wilson's interval; above and below, how often the truth lay beyond either end; predicted_over_true {mean, low,
     high}; width, the median of the interval's upper end over the estimate; verdict: "holds", "fails", or "open" where
-    so few renders cannot tell. And heavy_tailed: how many images say so themselves. `on_step(done)` is called after each render. All images are kept in memory. ValueError
-    for fewer than 8 seeds."""
+    so few renders cannot tell. And heavy_tailed: how many images say so themselves. `on_step(done)` is called after
+    each render. All images are kept in memory. ValueError for fewer than 8 seeds."""
     if len(seeds) < FEWEST:
         raise ValueError(f"a calibration needs {FEWEST} renders at least, got {len(seeds)}")
     images, found = [], []
@@ -63,7 +63,8 @@ def _true_errors(images: Sequence[np.ndarray]) -> list[Error]:
 
 def _judged(estimate: Sequence[float], low: Sequence[float], high: Sequence[float],
             true: Sequence[float]) -> dict[str, Any]:
-    above, below = (sum(truth > end for truth, end in zip(true, high)), sum(truth < end for truth, end in zip(true, low)))
+    above = sum(truth > end for truth, end in zip(true, high))
+    below = sum(truth < end for truth, end in zip(true, low))
     coverage = estimates.share(len(true) - above - below, len(true))
     ratio = estimates.quotient(estimate, true)
     widths = [end / value for end, value in zip(high, estimate) if value > 0]
@@ -80,16 +81,17 @@ def _verdict(judged: Sequence[tuple[estimates.Band, tuple[float, float]]]) -> st
 
 def calibration_table(report: dict[str, Any]) -> str:
     """A line for each measure; confidence limits of 95% in brackets."""
-    title = (f"{report['renders']} renders of {report['width']} x {report['height']} pixels, {report['samples']} samples "
-             f"a pixel; held to: coverage {_COVERAGE[0]:.0%} to {_COVERAGE[1]:.0%}, predicted/true {_RATIO[0]:g} to "
-             f"{_RATIO[1]:g}\n")
+    title = (f"{report['renders']} renders of {report['width']} x {report['height']} pixels, {report['samples']} "
+             f"samples a pixel; held to: coverage {_COVERAGE[0]:.0%} to {_COVERAGE[1]:.0%}, predicted/true "
+             f"{_RATIO[0]:g} to {_RATIO[1]:g}\n")
     rows = [("", "coverage of 95%", "", "truth above", "below", "predicted/true", "", "interval", "verdict")]
     for key, name in _NAMES.items():
         found = report[key]
         coverage, ratio = found["coverage"], found["predicted_over_true"]
         rows.append((name, f"{coverage['mean']:.1%}", f"({coverage['low']:.1%} to {coverage['high']:.1%})",
                      str(found["above"]), str(found["below"]),
-                     *((f"{ratio['mean']:.3f}", f"({ratio['low']:.3f} to {ratio['high']:.3f})") if ratio else ("-", "")),
+                     f"{ratio['mean']:.3f}" if ratio else "-",
+                     f"({ratio['low']:.3f} to {ratio['high']:.3f})" if ratio else "",
                      f"+-{found['width'] - 1:.1%}" if found["width"] else "-", found["verdict"]))
     return title + aligned(rows) + (f"{report['heavy_tailed']} of {report['renders']} images say themselves that they "
                                     "are heavy-tailed\n")

@@ -28,6 +28,7 @@ from .variation import Variation
 LEVELS = (1e-2, 1e-3)  # of the relative MSE, whose times are told
 REFERENCE_FACTOR = 8  # times the samples of the last checkpoint: a reference's error is well below that one's
 _MOST_SAMPLES = 2**24  # that a scene may ask for
+_FOR_REFERENCES = ("render.adaptive=false",)  # samples that are chosen from what is seen have a bias, however small
 
 Step = Callable[[str, float], None]
 
@@ -88,11 +89,11 @@ def error_against_time(source: str | Path | dict[str, Any], *, variation: Variat
     else:
         samples = [reference_samples or min(REFERENCE_FACTOR * at[-1], _MOST_SAMPLES) for at in checkpoints]
         if variation and variation.keeps_expectation:
-            shared = rendered_references(SceneRenders(source, settings, threads), max(samples), "", on_step)
-            found = [shared] * len(values)
+            shared = SceneRenders(source, [*settings, *_FOR_REFERENCES], threads)
+            found = [rendered_references(shared, max(samples), "", on_step)] * len(values)
         else:
-            found = [rendered_references(of, count, label, on_step)
-                     for of, count, label in zip(renders, samples, labels)]
+            found = [rendered_references(SceneRenders(source, [*settings, *value, *_FOR_REFERENCES], threads), count,
+                                         label, on_step) for value, count, label in zip(values, samples, labels)]
     runs: list[list[list[Run]]] = [[] for _ in values]
     for turn in range(seeds):
         for at in list(range(len(values)))[::-1 if turn % 2 else 1]:

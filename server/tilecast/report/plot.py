@@ -129,9 +129,10 @@ def _legend(figure: Any, curves: Sequence[dict[str, Any]]) -> None:
     colour = _COLOURS[0] if len(curves) == 1 else "#404040"
     seeds = len(curves[0]["seeds"])
     true = f"true error, mean of {seeds} seeds" + ("; numbers: samples a pixel" if len(curves) == 1 else "")
+    dashed = (0, (4, 3))
     handles = [Line2D([], [], color=colour, marker="o", markersize=3.5, label=true),
                Patch(color=colour, alpha=0.22, linewidth=0, label="95% band"),
-               Line2D([], [], color=colour, linewidth=1.1, linestyle=(0, (4, 3)), label="estimated by the image itself"),
+               Line2D([], [], color=colour, linewidth=1.1, linestyle=dashed, label="estimated by the image itself"),
                Line2D([], [], color=_QUIET, linewidth=0.5, label="slope -1")]
     figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=9, frameon=False)
 

@@ -5,11 +5,11 @@ image I, and zero on average. Then mean((I - R1)(I - R2)) has the expectation of
 references are: in (d - e1)(d - e2) = d^2 - d e1 - d e2 + e1 e2 all but the first vanish on average. Their noise only
 widens the scatter.
 
-The relative error is mean((I - R1)(I - R2) f(M)) with f(r) = 1 / (r^2 + 0.01) and M = (R1 + R2) / 2 in place of R, and
-that does have a bias. Where an image has the error s^2 and each reference v, the expectation to second order in the
-references' noise is s^2 f(R) + f''(R) (s^2 v / 4 + v^2 / 4): the first from the curvature of f, the second from the noise
-that numerator and denominator share. As |f''| <= 6 f^2, the fraction is at most 3/2 v f(R) (1 + v / s^2). With references
-of a relative error of 1e-4 that are better than the image it is below 0.03%.
+The relative error is mean((I - R1)(I - R2) f(M)) with f(r) = 1 / (r^2 + 0.01) and M = (R1 + R2) / 2 in place of R,
+and that does have a bias. Where an image has the error s^2 and each reference v, the expectation to second order in
+the references' noise is s^2 f(R) + f''(R) (s^2 v / 4 + v^2 / 4): the first from the curvature of f, the second from
+the noise that numerator and denominator share. As |f''| <= 6 f^2, the fraction is at most 3/2 v f(R) (1 + v / s^2).
+With references of a relative error of 1e-4 that are better than the image it is below 0.03%.
 
 Of a single reference, (I - R1)^2 is the error of the image and that of the reference together.
 """

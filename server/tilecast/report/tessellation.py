@@ -2,8 +2,8 @@
 
 A unit icosahedron is subdivided at the middles of its edges, its new vertices moved out onto the sphere. Measured by
 rays: along radii, how far the mesh lies below the sphere; along parallels near the rim, what part of the sphere's
-silhouette the mesh misses. On paper: the mesh lies deepest at the centre of the circle around its largest triangle, by the sagitta 1 - d with
-d the distance of that triangle's plane from the centre. Both fall as 1 / triangles.
+silhouette the mesh misses. On paper: the mesh lies deepest at the centre of the circle around its largest triangle, by
+the sagitta 1 - d with d the distance of that triangle's plane from the centre. Both fall as 1 / triangles.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def _directions(u: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 def _parallels(u: np.ndarray, v: np.ndarray, inner: float) -> np.ndarray:
-    """Where parallel rays start, outside of the sphere, even over the ring between `inner` and its rim; float64 [n, 3]."""
+    """Where parallel rays start, outside of the sphere, even over the ring from `inner` to its rim; float64 [n, 3]."""
     across = np.cross(_VIEW, [0.0, 1.0, 0.0])
     across /= np.linalg.norm(across)
     r = np.sqrt(inner**2 + (1 - inner**2) * u)
