@@ -56,14 +56,14 @@ def page(rows: list[tuple[str, ...]], machine: dict) -> str:
     return "\n".join([
         "# Error against run time: the example scenes", "",
         "![Relative MSE and MSE over seconds of rendering, one curve a scene](gallery/error-against-time.png)", "",
-        f"Images of {HEIGHT} rows, 2 to {SAMPLES} samples a pixel, {SEEDS} seeds, against two independent references of "
-        f"{8 * SAMPLES} samples; {machine['threads']} threads of {machine['processor']}. Times in seconds, to that "
-        "relative MSE: `<` where the first checkpoint is below, `~` where it is extrapolated along the slope. The slope "
-        "is that of the relative MSE over seconds on logarithmic axes: -1 for independent samples. Efficiency is 1 / "
-        f"(MSE × seconds) at {SAMPLES} samples. The last three columns ask whether images know their own error: "
+        f"Images of {HEIGHT} rows, 2 to {SAMPLES} samples a pixel, {SEEDS} seeds, against two independent references "
+        f"of {8 * SAMPLES} samples; {machine['threads']} threads of {machine['processor']}. Times in seconds, to that "
+        "relative MSE: `<` where the first checkpoint is below, `~` where it is extrapolated along the slope. The "
+        "slope is that of the relative MSE over seconds on logarithmic axes: -1 for independent samples. Efficiency is "
+        f"1 / (MSE × seconds) at {SAMPLES} samples. The last three columns ask whether images know their own error: "
         f"{RENDERS} renders of {CALIBRATED} rows with {SAMPLES} samples, what they predict over what is true, and how "
-        "often their 95% interval holds the truth (in brackets: 95% confidence); and whether the report calls the scene "
-        "heavy-tailed, and why.", "",
+        "often their 95% interval holds the truth (in brackets: 95% confidence); and whether the report calls the "
+        "scene heavy-tailed, and why.", "",
         *lines, "",
         "Written by `scenes/generators/results.py`. For any scene: `tilecast report SCENE -o FOLDER`, and "
         "`tilecast report SCENE --calibrate 200`.", ""])
