@@ -42,7 +42,7 @@ def measure(name: str) -> tuple[dict, dict]:
 
 def row(name: str, report: dict, calibrated: dict) -> tuple[str, ...]:
     [curve] = report["curves"]
-    slope, found = curve["slope"]["seconds"], calibrated["relative_mse"]
+    slope, found = curve["slope"]["samples"], calibrated["relative_mse"]
     ratio, coverage = found["predicted_over_true"], found["coverage"]
     return (f"[{name}]({name}.json)", *map(short_time, curve["time_to"].values()),
             f"{slope['value']:.2f} ± {slope['standard_error']:.2f}", figure(curve["points"][-1]["efficiency"]),
@@ -59,7 +59,7 @@ def page(rows: list[tuple[str, ...]], machine: dict) -> str:
         f"Images of {HEIGHT} rows, 2 to {SAMPLES} samples a pixel, {SEEDS} seeds, against two independent references "
         f"of {8 * SAMPLES} samples; {machine['threads']} threads of {machine['processor']}. Times in seconds, to that "
         "relative MSE: `<` where the first checkpoint is below, `~` where it is extrapolated along the slope. The "
-        "slope is that of the relative MSE over seconds on logarithmic axes: -1 for independent samples. Efficiency is "
+        "slope is that of the relative MSE over samples on logarithmic axes: -1 for independent ones. Efficiency is "
         f"1 / (MSE × seconds) at {SAMPLES} samples. The last three columns ask whether images know their own error: "
         f"{RENDERS} renders of {CALIBRATED} rows with {SAMPLES} samples, what they predict over what is true, and how "
         "often their 95% interval holds the truth (in brackets: 95% confidence); and whether the report calls the "
