@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from ..render.rendering import PILOT
+from ..render.rounds import PILOT
 from . import estimates
 
 _TRUSTED = (0.9, 1.1)  # predicted over true error
@@ -21,7 +21,7 @@ _TOP = 0.5  # of the squared error in a thousandth of the pixels
 
 def reasons(points: Sequence[dict[str, Any]]) -> list[str]:
     """Why a scene is heavy-tailed, from the points of its curve; empty where it is not. What only the first samples
-    show does not count: nothing is decided on so few (`rendering.PILOT`), unless there are no more."""
+    show does not count: nothing is decided on so few (`rounds.PILOT`), unless there are no more."""
     counted = [point for point in points if point["samples"] >= PILOT] or list(points)
     found = []
     for point in counted:
