@@ -105,5 +105,7 @@ def test_the_command_writes_layers_into_an_exr_and_a_map(tmp_path):
     for name, values in expected.items():
         assert np.array_equal(found[name], values), name
     assert np.array_equal(pixels[..., :3], image.pixels)
+    assert run("batch", scene, "-o", tmp_path / "all", "--format", "exr", "-q").returncode == 0
+    assert _core.read_image(str(tmp_path / "all" / "wall.exr"))[1] == channels
     assert (tmp_path / "error.png").read_bytes() == output.error_png(image.pixels, image.variance)
     assert run("render", scene, "-o", tmp_path / "o.png", "--error-map", tmp_path / "e.exr").returncode == 2

@@ -41,7 +41,7 @@ class _Lines:
     def __call__(self, event: Event, rendering: Rendering) -> None:
         now = time.monotonic()
         if event["type"] == "error":
-            typer.echo(f"{self.name}: {event['samples']} samples in {event['seconds']:.1f} s, {_error(event)}"
+            typer.echo(f"{self.name}: {_samples(event['samples'])} samples in {event['seconds']:.1f} s, {_error(event)}"
                        f"{_left(rendering, ', ')}", err=True)
             self.last = now
         elif now - self.last >= _LINE_EVERY:
@@ -70,6 +70,11 @@ def _bar(name: str) -> Iterator[Report]:
 
 def _error(point: Event) -> str:
     return f"relative MSE {point['relative_mse']:.2g}"
+
+
+def _samples(mean: float) -> str:
+    """Adaptive images have a mean that is no whole number."""
+    return f"{mean:d}" if isinstance(mean, int) else f"{mean:.1f}"
 
 
 def _left(rendering: Rendering, before: str) -> str:

@@ -46,19 +46,15 @@ def render(
         from ..scene.loading import load
         compiled = load(scene, settings=settings)
 
-        from ..render import layers
         from ..render import output as files
-        from ..render.local import first_hits
+        from ..render.local import exr_layers
         from ..render.local import render as render_image
         from .progress import progress, report_end
         with progress(scene.name, quiet) as report:
             image = render_image(compiled, threads=threads, on_event=report)
         start = time.perf_counter()
-        channels = None
-        if output.suffix.lower() == ".exr":
-            channels = layers.error_layers(image.pixels, image.variance, image.sample_counts) \
-                | layers.first_hit_layers(first_hits(compiled, threads))
-        files.write_file(output, files.encode(output.suffix, image.pixels, {"Software": "tilecast"}, image.stats, channels))
+        layers = exr_layers(compiled, image, threads) if output.suffix.lower() == ".exr" else None
+        files.write_file(output, files.encode(output.suffix, image.pixels, {"Software": "tilecast"}, image.stats, layers))
         if error_map:
             files.write_file(error_map, files.error_png(image.pixels, image.variance))
         image.stats["seconds"]["write"] = time.perf_counter() - start

@@ -15,7 +15,7 @@ import numpy as np
 from ..scene.compiler import Compiled
 from ..scene.schema import Stop
 from .dispatch import Dispatcher
-from .layers import FIRST_HIT_SAMPLES
+from .layers import FIRST_HIT_SAMPLES, Layers, error_layers, first_hit_layers
 from .plan import Chunk, Tile, make_plan
 from .rendering import ChunkResult, Event, Rendering
 
@@ -85,6 +85,12 @@ def first_hits(compiled: Compiled, threads: int | None = None) -> np.ndarray:
         for _ in pool.map(fill, plan.tiles):
             pass
     return whole
+
+
+def exr_layers(compiled: Compiled, image: Image, threads: int | None = None) -> Layers:
+    """All that an EXR of this image holds beside it."""
+    return error_layers(image.pixels, image.variance, image.sample_counts) \
+        | first_hit_layers(first_hits(compiled, threads))
 
 
 def tile_first_hits(compiled: Compiled, tile: Tile) -> np.ndarray:
