@@ -41,10 +41,10 @@ def test_a_scene_alone_gives_its_error_against_time(scene, tmp_path):
     assert [point["samples"] for point in curve["points"]] == [2, 4, 8]
     seconds = [point["seconds"] for point in curve["points"]]
     assert 0 < seconds[0] and curve["seconds"]["load"] > 0 and curve["seconds"]["compile"] > 0
-    # Noise without rare bright samples: each checkpoint halves the error at least, and the estimate is not far off.
+    # Noise without rare bright samples: each checkpoint halves the error at least, and the estimate may be true.
     for before, after in zip(curve["points"], curve["points"][1:]):
         assert after["relative_mse"]["mean"] < 0.6 * before["relative_mse"]["mean"]
-        assert after["predicted_over_true"]["mean"] == pytest.approx(1, abs=0.2)
+        assert after["predicted_over_true"]["low"] < 1.1 and after["predicted_over_true"]["high"] > 0.8
     assert _core.read_image(str(folder / "report.png"))[0].shape[1] > 1000
 
 
