@@ -51,7 +51,8 @@ def test_levels_are_powers_of_two_and_eighths_between_them():
 
 
 @pytest.mark.parametrize("samples, most, short, expected", [
-    (16, 1024, None, 32), (31.7, 1024, None, 64), (64, 100, None, 100), (127.9, 1024, 1.01, 144), (64, 1024, 100.0, 128), (64, 1024, 1.01, 72),
+    (16, 1024, None, 32), (31.7, 1024, None, 64), (64, 100, None, 100), (127.9, 1024, 1.01, 144),
+    (64, 1024, 100.0, 128), (64, 1024, 1.01, 72),
     (64, 1024, 1.5, 80), (120, 1024, 1.01, 128), (16, 17, 1.01, 17)])
 def test_the_next_round_ends_at_a_power_of_two_or_near_the_target(samples, most, short, expected):
     assert next_mean(samples, most, short) == expected

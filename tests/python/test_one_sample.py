@@ -58,7 +58,8 @@ def test_a_sample_alone_is_the_sample_in_the_image(scene):
 
 def test_the_failure_of_a_render_names_the_command_that_shows_it(scene, monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(loading, "load", failing_load)
-    options = dict.fromkeys(("samples", "seconds", "error", "size", "accelerator", "integrator", "threads", "seed", "stats"))
+    options = dict.fromkeys(("samples", "seconds", "error", "size", "accelerator", "integrator", "threads", "stats",
+                             "error_map"))
     with pytest.raises(typer.Exit) as end:
         render_command(scene, tmp_path / "out.png", **options | {"seed": 4}, set_=["camera.fov=50"], quiet=True)
     assert end.value.exit_code == 1
@@ -93,6 +94,7 @@ def test_an_error_without_a_place_is_told_as_it_is(scene, capsys):
 
 def test_what_is_wrong_with_the_call_is_told(scene):
     one_line(run("sample", scene, "--pixel", "24,0", "--sample", 0), 2, "has 24 x 16 pixels, and none at (24, 0)")
-    for arguments in (("--pixel", "1,-1", "--sample", "0"), ("--pixel", "1,1"), ("--pixel", "1,1", "--sample", str(2**32))):
+    for arguments in (("--pixel", "1,-1", "--sample", "0"), ("--pixel", "1,1"),
+                      ("--pixel", "1,1", "--sample", str(2**32))):
         found = CliRunner().invoke(app, ["sample", str(scene), *arguments])
         assert found.exit_code == 2 and isinstance(found.exception, SystemExit)

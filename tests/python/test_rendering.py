@@ -21,7 +21,8 @@ LONGEST = make_plan(12, 12, 16 * 70, 5)  # as many samples as one tile may get
 
 def uneven(generator, shape):
     """Noise in the upper left corner above all."""
-    return 0.5 + generator.normal(0, 0.05, shape) * np.where(np.add.outer(np.arange(12), np.arange(12)) < 9, 9, 1)[..., None]
+    corner = np.add.outer(np.arange(12), np.arange(12)) < 9
+    return 0.5 + generator.normal(0, 0.05, shape) * np.where(corner, 9, 1)[..., None]
 
 
 class Clock:

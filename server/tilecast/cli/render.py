@@ -54,7 +54,8 @@ def render(
             image = render_image(compiled, threads=threads, on_event=report)
         start = time.perf_counter()
         layers = exr_layers(compiled, image, threads) if output.suffix.lower() == ".exr" else None
-        files.write_file(output, files.encode(output.suffix, image.pixels, {"Software": "tilecast"}, image.stats, layers))
+        data = files.encode(output.suffix, image.pixels, {"Software": "tilecast"}, image.stats, layers)
+        files.write_file(output, data)
         if error_map:
             files.write_file(error_map, files.error_png(image.pixels, image.variance))
         image.stats["seconds"]["write"] = time.perf_counter() - start

@@ -215,8 +215,10 @@ class JobWork:
             film, plan = self._rendering.film, self._rendering.plan
             indices = sorted(self._dirty)[:_SAVED_AT_ONCE]
             tiles = [plan.tiles[index] for index in indices]
-            rows = [TileRow(tile.index, film.tile_version(tile), film.tile_samples(tile), relative_mse=film.tile_error(tile))
-                    for tile in tiles]
+            rows = [
+                TileRow(tile.index, film.tile_version(tile), film.tile_samples(tile), relative_mse=film.tile_error(tile))
+                for tile in tiles
+            ]
             data = [film.save_tile(tile) for tile in tiles]
             points, self._points = self._points, []
             self._dirty.difference_update(indices)

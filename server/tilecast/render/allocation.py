@@ -28,8 +28,9 @@ def level_below(samples: np.ndarray) -> np.ndarray:
     """The largest levels that are at most `samples`, which are at least 2; int64."""
     whole = np.floor(samples).astype(np.int64)
     _, exponent = np.frexp(whole.astype(np.float64))
-    step = np.maximum(np.int64(1) << np.maximum(exponent - 1, 0).astype(np.int64), 2 * _STEPS) // _STEPS
-    return np.where(whole < 2 * _STEPS, np.int64(1) << np.maximum(exponent - 1, 0).astype(np.int64), whole - whole % step)
+    power = np.int64(1) << np.maximum(exponent - 1, 0).astype(np.int64)
+    step = np.maximum(power, 2 * _STEPS) // _STEPS
+    return np.where(whole < 2 * _STEPS, power, whole - whole % step)
 
 
 def level_above(samples: int) -> int:
@@ -55,9 +56,9 @@ def allocate(noise: np.ndarray, cost: np.ndarray, pixels: np.ndarray, done: np.n
              most: int) -> np.ndarray:
     """The samples that each tile is to have, int64 [rows, columns], `mean` for each pixel on average, or a little less.
 
-    `noise`: float64 [rows, columns], the sum over a tile's pixels of the relative variance of one sample; `cost`: of one
-    sample of a pixel, positive; `pixels` and `done`: how many there are in each tile, and the samples of each that are
-    in. `most`: see `next_mean`.
+    `noise`: float64 [rows, columns], the sum over a tile's pixels of the relative variance of one sample; `cost`: of
+    one sample of a pixel, positive; `pixels` and `done`: how many there are in each tile, and the samples of each that
+    are in. `most`: see `next_mean`.
     """
     spread = np.sqrt(_smoothed(noise, pixels) / cost)
     budget = mean * pixels.sum()

@@ -181,7 +181,8 @@ class Film:
             raise ValueError(f"tile {tile.column}, {tile.row} has no samples to save yet")
         out = io.BytesIO()
         np.savez(out, format=np.int64(_FORMAT), tile=self._identity(tile), ranges=np.int64(state.ranges),
-                 samples=np.int64(state.samples), sums=state.sums, partials=state.partials, rays=np.array(state.rays, np.int64),
+                 samples=np.int64(state.samples), sums=state.sums, partials=state.partials,
+                 rays=np.array(state.rays, np.int64),
                  rays_at=np.array(state.rays_at, np.int64),
                  seconds=np.float64(state.seconds))
         return out.getvalue()
@@ -198,7 +199,8 @@ class Film:
                                float(arrays["seconds"]))
         except Exception as problem:  # zipfile, zlib and numpy each have their own errors for damaged bytes
             raise ValueError(f"the stored tile {tile.column}, {tile.row} is damaged: {problem}") from problem
-        if not same or state.sums.shape != (2, tile.height, tile.width, 3) or state.partials.shape != (len(state.rays_at), error.PARTIALS):
+        if not same or state.sums.shape != (2, tile.height, tile.width, 3) \
+                or state.partials.shape != (len(state.rays_at), error.PARTIALS):
             raise ValueError(f"the stored tile {tile.column}, {tile.row} belongs to another plan or tile")
         if self._tiles[tile.index].ranges:
             raise ValueError(f"tile {tile.column}, {tile.row} has samples already")

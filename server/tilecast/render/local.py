@@ -40,8 +40,8 @@ def render(compiled: Compiled, *, samples: int | None = None, threads: int | Non
     core.
 
     `on_event(event, rendering)` is called on another thread for each tile and point of the error curve as it
-    comes. Neither `threads` nor, unless the scene is sampled adaptively, `tile_size` changes a pixel. A sample that is NaN or infinite raises the
-    core's SampleError.
+    comes. Neither `threads` nor, unless the scene is sampled adaptively, `tile_size` changes a pixel. A sample that
+    is NaN or infinite raises the core's SampleError.
     """
     document = compiled.document
     plan = make_plan(compiled.scene.width, compiled.scene.height,

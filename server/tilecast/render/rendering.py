@@ -112,8 +112,8 @@ class Rendering:
         return [self.tile_event(chunk.tile), *self._advance({})]
 
     def _advance(self, known: Mapping[float, Mapping[str, Any]]) -> list[Event]:
-        """Draws the points of the curve that are reached, and begins the rounds that follow. Points that are `known`, by
-        their samples, have their time already; the others are events."""
+        """Draws the points of the curve that are reached, and begins the rounds that follow. Points that are `known`,
+        by their samples, have their time already; the others are events."""
         events: list[Event] = []
         while not self._rounds.ended:
             for samples, estimate in self._rounds.points(len(self.curve)):

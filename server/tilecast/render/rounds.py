@@ -76,16 +76,16 @@ class Rounds:
         return int(mean) if mean == int(mean) else mean
 
     def points(self, drawn: int) -> Iterator[tuple[float, ErrorEstimate]]:
-        """The points of the error curve from the number `drawn` on that this round, or its beginning, has reached: samples
-        of a pixel on average, and the estimate."""
+        """The points of the error curve from the number `drawn` on that this round, or its beginning, has reached:
+        samples of a pixel on average, and the estimate."""
         for at in range(drawn, min(self.film.checkpoints_done, self._first)):
             yield self._plan.samples_after(self._plan.checkpoints[at] + 1), self.film.error(at)
         if self.complete and max(self._rows) > self._first:
             yield self.mean, self.film.error_after(self._rows)
 
     def go_on(self, error: float | None) -> None:
-        """Begins the next round, or ends. To be called when the round is complete; `error`: the upper end of the interval
-        of its relative MSE, where there is one."""
+        """Begins the next round, or ends. To be called when the round is complete; `error`: the upper end of the
+        interval of its relative MSE, where there is one."""
         most, done = self._plan.samples, self.mean
         enough = self._target is not None and error is not None and done >= PILOT and error <= self._target
         if enough or done >= (most * _ALL if self._adaptive else most):

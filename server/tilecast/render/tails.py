@@ -32,7 +32,7 @@ PARTIALS = 6 * _BINS  # for each of a and b: pixels, their sum, and the sum of t
 
 
 def partials(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """What a tile's pixels contribute, float64 [PARTIALS]. `a` and `b`: two estimates of each pixel's relative error."""
+    """What a tile's pixels contribute, float64 [PARTIALS]. `a`, `b`: two estimates of each pixel's relative error."""
     return np.concatenate([_histogram(a.ravel(), b.ravel()), _histogram(b.ravel(), a.ravel())])
 
 
