@@ -70,4 +70,43 @@ inline double exp_negative(double x) {
   return std::ldexp(e, static_cast<int>(k));
 }
 
+// The natural logarithm of a normal number > 0.
+inline double log_positive(double x) {
+  int exponent;
+  double m = std::frexp(x, &exponent);  // [1/2, 1)
+  if (m < 0.7071067811865476) m *= 2.0, --exponent;
+  double s = (m - 1.0) / (m + 1.0), s2 = s * s;  // ln m = 2 artanh s, |s| < 0.172
+  double sum = 0.0;
+  for (int n = 23; n >= 3; n -= 2) sum = std::fma(sum, s2, 1.0 / n);
+  double tail = std::fma(exponent, 1.9082149292705877e-10, 2.0 * s * s2 * sum);
+  return std::fma(exponent, 0.6931471803691238, tail + 2.0 * s);
+}
+
+// x^y for x in [0, 1], y >= 0; 0^0 is 1.
+inline double power_of_unit(double x, double y) {
+  if (y == 0.0) return 1.0;
+  return x < 0x1p-1022 ? 0.0 : exp_negative(std::min(0.0, y * log_positive(x)));
+}
+
+// arccos for x in [0, 1]: the rational function of Sun's fdlibm.
+inline double acos_unit(double x) {
+  auto tail = [](double z) {  // (arcsin(sqrt z) / sqrt z - 1), z <= 1/4
+    double p = 3.47933107596021167570e-05;
+    p = std::fma(p, z, 7.91534994289814532176e-04);
+    p = std::fma(p, z, -4.00555345006794114027e-02);
+    p = std::fma(p, z, 2.01212532134862925881e-01);
+    p = std::fma(p, z, -3.25565818622400915405e-01);
+    p = std::fma(p, z, 1.66666666666666657415e-01);
+    double q = 7.70381505559019352791e-02;
+    q = std::fma(q, z, -6.88283971605453293030e-01);
+    q = std::fma(q, z, 2.02094576023350569471e+00);
+    q = std::fma(q, z, -2.40339491173441421878e+00);
+    q = std::fma(q, z, 1.0);
+    return z * p / q;
+  };
+  if (x < 0.5) return 0.5 * kPi - std::fma(x, tail(x * x), x);
+  double z = 0.5 * (1.0 - x), s = std::sqrt(z);
+  return 2.0 * std::fma(s, tail(z), s);
+}
+
 }  // namespace tilecast

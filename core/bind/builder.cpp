@@ -10,11 +10,12 @@ using namespace tilecast;
 namespace {
 
 MaterialKind material_kind(const std::string& name) {
-  if (name == "diffuse") return MaterialKind::Diffuse;
-  if (name == "mirror") return MaterialKind::Mirror;
-  if (name == "conductor") return MaterialKind::Conductor;
-  if (name == "dielectric") return MaterialKind::Dielectric;
-  throw Error("type: no material is called " + name);
+  static const std::map<std::string, MaterialKind> kinds{
+      {"diffuse", MaterialKind::Diffuse}, {"mirror", MaterialKind::Mirror},   {"conductor", MaterialKind::Conductor},
+      {"dielectric", MaterialKind::Dielectric}, {"plastic", MaterialKind::Plastic}, {"phong", MaterialKind::Phong}};
+  auto found = kinds.find(name);
+  if (found == kinds.end()) throw Error("type: no material is called " + name);
+  return found->second;
 }
 
 Integrator integrator_of(const std::string& name) {
@@ -84,10 +85,40 @@ uint32_t add_mesh(SceneBuilder& builder, const Array<double>& vertices, const Ar
   return builder.add_mesh(Mesh::build(v, f), accelerator);
 }
 
-int add_material(SceneBuilder& builder, const std::string& kind, const Triple& reflectance, int texture, double roughness,
-                 double ior, const Triple& absorption, const Triple& emission) {
-  return builder.add_material({material_kind(kind), to_vec(reflectance), texture, roughness, ior, to_vec(absorption),
-                               to_vec(emission)});
+// Everything that a material may have, each where it is given.
+Material material_of(const std::string& kind, const py::kwargs& settings) {
+  Material m{.kind = material_kind(kind)};
+  for (auto [key, value] : settings) {
+    const std::string name = py::cast<std::string>(key);
+    auto colour = [&, value = value] { return to_vec(py::cast<Triple>(value)); };
+    auto number = [&, value = value] { return py::cast<double>(value); };
+    auto whole = [&, value = value] { return py::cast<int>(value); };
+    if (name == "reflectance") m.reflectance = colour();
+    else if (name == "texture") m.texture = whole();
+    else if (name == "roughness") m.roughness = number();
+    else if (name == "ior") m.ior = number();
+    else if (name == "absorption") m.absorption = colour();
+    else if (name == "emission") m.emission = colour();
+    else if (name == "opacity") m.opacity = number();
+    else if (name == "tint") m.tint = colour();
+    else if (name == "priority") m.priority = whole();
+    else if (name == "eta") m.eta = colour();
+    else if (name == "k") m.k = colour();
+    else if (name == "specular") m.specular = colour();
+    else if (name == "exponent") m.exponent = number();
+    else throw py::type_error("material() has no setting " + name);
+  }
+  return m;
+}
+
+int add_blend(SceneBuilder& builder, const std::vector<int>& parts, const std::vector<double>& shares, const Triple& emission,
+              double opacity) {
+  Material m{.kind = MaterialKind::Blend, .emission = to_vec(emission), .opacity = opacity};
+  if (parts.size() != shares.size() || parts.size() > Material::kMostParts)
+    throw Error("of: a blend takes at most " + std::to_string(Material::kMostParts) + " materials, each with its share");
+  std::copy(parts.begin(), parts.end(), m.parts);
+  std::copy(shares.begin(), shares.end(), m.shares);
+  return builder.add_material(m);
 }
 
 }  // namespace
@@ -114,9 +145,14 @@ void bind_builder(py::module_& module) {
       .def("checker", [](SceneBuilder& b, const Triple& even, const Triple& odd, double size) {
             return b.add_checker({to_vec(even), to_vec(odd), size});
           }, py::arg("even"), py::arg("odd"), py::arg("size"), "A 3D checker in object space.")
-      .def("material", &add_material, py::arg("kind"), py::kw_only(), py::arg("reflectance") = Triple{0.8, 0.8, 0.8},
-           py::arg("texture") = -1, py::arg("roughness") = 0.0, py::arg("ior") = 1.5, py::arg("absorption") = zero,
-           py::arg("emission") = zero, "kind: diffuse, mirror, conductor or dielectric. absorption per metre; emission: radiance.")
+      .def("material", [](SceneBuilder& b, const std::string& kind, const py::kwargs& settings) {
+            return b.add_material(material_of(kind, settings));
+          }, py::arg("kind"),
+           "kind: diffuse, mirror, conductor, dielectric, plastic or phong; keywords: reflectance, texture, roughness, ior, "
+           "absorption (per metre), emission (radiance), opacity, tint, priority, eta and k (a conductor's), specular and "
+           "exponent (phong).")
+      .def("blend", &add_blend, py::arg("parts"), py::arg("shares"), py::kw_only(), py::arg("emission") = zero,
+           py::arg("opacity") = 1.0, "Up to three materials, each with its share of the light.")
       .def("sphere", [](SceneBuilder& b, double radius) { return b.add_solid(Sphere{radius}); }, py::arg("radius"))
       .def("box", [](SceneBuilder& b, const Triple& min, const Triple& max) {
             return b.add_solid(Block{to_vec(min), to_vec(max)});

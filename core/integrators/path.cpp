@@ -1,5 +1,6 @@
 #include "base/counters.h"
 #include "integrators/direct.h"
+#include "integrators/shadow.h"
 #include "shading/bsdf.h"
 
 namespace tilecast {
@@ -7,22 +8,37 @@ namespace {
 
 constexpr int kRouletteDepth = 4;  // path segments that are never cut short
 
-// What the lights send to the surface and on to wo, by one of them.
-Rgb next_event(const Scene& scene, const Surface& surface, const LitPlace& place, const Basis& basis, const Vec3& wo,
-               const Bsdf& bsdf, const Media& media, Sampler& sampler, Tracing& tracing) {
+// What is left of light that comes straight to a point in these media.
+Rgb unshadowed(const Scene& scene, const Ray& shadow, const Media& media, uint64_t& occluder, Tracing& tracing) {
+  TILECAST_COUNT(shadow);
+  // Inside of a medium there may be surfaces of others that do not count there.
+  if (scene.see_through || media.current()) return shadow_transmittance(scene, shadow, media, Glass::Stops, tracing);
+  ++tracing.counts.shadow;
+  return Rgb(occluded(scene, shadow, occluder) ? 0.0 : 1.0);
+}
+
+// What the lights send to the surface and on to wo, by one of them. media: on the side of wo.
+Rgb next_event(const Scene& scene, const Surface& surface, bool entering, const LitPlace& place, const Basis& basis,
+               const Vec3& wo, const Bsdf& bsdf, const Media& media, Sampler& sampler, Tracing& tracing) {
   LightChoice choice{0, 1.0};
   if (scene.lights.count() > 1) choice = scene.lights.choose(sampler.next1(), place);
   if (!(choice.probability > 0.0)) return Rgb(0.0);
   DirectLight direct = sample_direct(scene, surface, choice, sampler);
   if (!direct.arrives()) return Rgb(0.0);
+  Vec3 wi = basis.to_local(direct.direction);
   double bsdf_pdf;
-  Rgb f = bsdf.evaluate(wo, basis.to_local(direct.direction), bsdf_pdf);
+  Rgb f = bsdf.evaluate(wo, wi, bsdf_pdf);
   if (!(max_component(f) > 0.0)) return Rgb(0.0);
-  TILECAST_COUNT(shadow);
-  ++tracing.counts.shadow;
-  if (occluded(scene, direct.shadow, tracing.occluders.of(choice.light))) return Rgb(0.0);
-  double weight = direct.pdf > 0.0 ? power_heuristic(direct.pdf, bsdf_pdf) : 1.0;
-  return f * direct.radiance * media.transmittance(direct.distance) * weight;
+  uint64_t& occluder = tracing.occluders.of(choice.light);
+  Rgb left;
+  if (wi.z < 0.0) {
+    Media behind = media;
+    behind.cross(*surface.material, entering);
+    left = unshadowed(scene, direct.shadow, behind, occluder, tracing);
+  } else {
+    left = unshadowed(scene, direct.shadow, media, occluder, tracing);
+  }
+  return f * direct.radiance * left * (direct.pdf > 0.0 ? power_heuristic(direct.pdf, bsdf_pdf) : 1.0);
 }
 
 }  // namespace
@@ -36,19 +52,34 @@ Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, Traci
   LitPlace from;             // where it was taken
   ++tracing.counts.camera;
   for (int depth = 1;; ++depth) {
-    Hit hit = closest(scene, ray);
-    if (!hit.found()) {
-      const bool sampled = sample_lights && bsdf_pdf > 0.0 && scene.lights.environment;
-      const double weight =
-          sampled ? power_heuristic(bsdf_pdf, environment_pdf(scene.lights, from, ray.direction)) : 1.0;
-      sum += throughput * media.transmittance(kInfinity) * background(scene, ray.direction) * weight;
-      break;
+    Hit hit;
+    Surface surface;
+    Boundary boundary;
+    for (;;) {  // to the first surface that the light does not go straight through
+      hit = closest(scene, ray);
+      if (!hit.found()) {
+        const bool sampled = sample_lights && bsdf_pdf > 0.0 && scene.lights.environment;
+        const double weight =
+            sampled ? power_heuristic(bsdf_pdf, environment_pdf(scene.lights, from, ray.direction)) : 1.0;
+        return sum + throughput * media.transmittance(kInfinity) * background(scene, ray.direction) * weight;
+      }
+      surface = resolve(scene, ray, hit);
+      throughput *= media.transmittance(hit.t - ray.t_min);
+      if (!surface.material->passable()) break;
+      boundary = media.at(*surface.material, hit.entering);
+      if (boundary.real) {
+        double opacity = surface.material->opacity;
+        if (opacity == 1.0 || sampler.next1() < opacity) break;
+        throughput /= boundary.eta * boundary.eta;
+        scale *= boundary.eta * boundary.eta;
+      }
+      media.cross(*surface.material, hit.entering);
+      ray.t_min = hit.t;
+      ++tracing.counts.bounce;
     }
-    Surface surface = resolve(scene, ray, hit);
     const Material& material = *surface.material;
     Vec3 wo_world = -ray.direction;
     double distance = hit.t;
-    throughput *= media.transmittance(distance);
 
     if (hit.entering && material.emits()) {
       double weight = 1.0;
@@ -64,14 +95,11 @@ Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, Traci
     Basis basis(hit.entering ? surface.normal : -surface.normal);
     Vec3 wo = basis.to_local(wo_world);
     wo.z = std::max(wo.z, 1e-12);
-    bool dielectric = material.kind == MaterialKind::Dielectric;
-    double eta = dielectric ? media.eta(material, hit.entering) : 1.0;
-    Bsdf bsdf(material, reflectance_at(scene, surface), eta);
+    Bsdf bsdf(scene, surface, boundary);
     if (sample_lights && !bsdf.specular()) {
       // Lights behind the surface count as well where any may come through.
-      const bool opaque = material.kind == MaterialKind::Diffuse || material.kind == MaterialKind::Conductor;
-      from = {surface.point, opaque ? basis.z : Vec3(0.0)};
-      sum += throughput * next_event(scene, surface, from, basis, wo, bsdf, media, sampler, tracing);
+      from = {surface.point, material.refracts ? Vec3(0.0) : basis.z};
+      sum += throughput * next_event(scene, surface, hit.entering, from, basis, wo, bsdf, media, sampler, tracing);
     }
 
     BsdfSample scattered;
@@ -79,11 +107,8 @@ Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, Traci
     throughput *= scattered.weight;
     bsdf_pdf = scattered.specular ? 0.0 : scattered.pdf;
     if (scattered.wi.z < 0.0) {
-      scale *= eta * eta;
-      if (hit.entering)
-        media.enter(&material);
-      else
-        media.leave(&material);
+      scale *= boundary.eta * boundary.eta;
+      media.cross(material, hit.entering);
     }
     double strength = max_component(throughput) * scale;
     if (!(strength > 0.0)) break;

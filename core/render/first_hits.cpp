@@ -28,7 +28,7 @@ std::vector<float> first_hits(const Scene& scene, const Tile& tile, uint32_t sam
         Hit hit = closest(scene, ray);
         if (!hit.found()) continue;
         Surface surface = resolve(scene, ray, hit);
-        albedo += weight * albedo_at(scene, surface);
+        albedo += weight * albedo_at(scene, surface, *surface.material);
         normal += weight * surface.normal;
         distance += std::min(hit.t, kFarthest);
         ++hits;

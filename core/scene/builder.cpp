@@ -142,13 +142,40 @@ const std::string& SceneBuilder::why_open(uint32_t object) {
   return facts_[object].open;
 }
 
-int SceneBuilder::add_material(const Material& m) {
+int SceneBuilder::add_material(const Material& given) {
+  Material m = given;
+  auto fraction = [](double x, const char* name) {
+    if (!(x >= 0.0 && x <= 1.0)) throw Error(std::string(name) + ": must lie between 0 and 1, got " + text(x));
+  };
   check_colour(m.reflectance, "reflectance", 1.0);
+  check_colour(m.tint, "tint", 1.0);
   check_colour(m.absorption, "absorption", 1e100);
   check_colour(m.emission, "emission", 1e30);
-  if (!(m.roughness >= 0.0 && m.roughness <= 1.0)) throw Error("roughness: must lie between 0 and 1, got " + text(m.roughness));
+  check_colour(m.specular, "specular", 1.0);
+  check_colour(m.eta, "eta", 1e3);
+  check_colour(m.k, "k", 1e3);
+  fraction(m.roughness, "roughness");
+  fraction(m.opacity, "opacity");
   if (!(m.ior >= 1e-3 && m.ior <= 1e3)) throw Error("ior: must lie between 0.001 and 1000, got " + text(m.ior));
+  if (m.kind == MaterialKind::Plastic && m.ior < 1.0) throw Error("ior: must be at least 1, got " + text(m.ior));
+  if (!(m.exponent >= 0.0 && m.exponent <= 1e6))
+    throw Error("exponent: must lie between 0 and 1e6, got " + text(m.exponent));
   if (m.texture >= static_cast<int>(scene_.checkers.size()) || m.texture < -1) throw Error("texture: no such texture");
+  if (m.kind == MaterialKind::Phong) {
+    Rgb most = m.reflectance;
+    if (m.texture >= 0) most = glm::max(scene_.checkers[m.texture].even, scene_.checkers[m.texture].odd);
+    for (int i = 0; i < 3; ++i)
+      if (double sum = most[i] + m.specular[i]; sum > 1.0 + 4 * kUnitRoundoff)
+        throw Error("specular[" + std::to_string(i) + "]: must be at most 1 together with the reflectance, is " + text(sum));
+  }
+  if (m.eta.x > 0.0)
+    for (int i = 0; i < 3; ++i) {
+      if (!(m.eta[i] >= 1e-3))
+        throw Error("eta[" + std::to_string(i) + "]: must be at least 0.001, got " + text(m.eta[i]));
+      m.average[i] = average_reflectance(m.eta[i], m.k[i]);
+    }
+  m.refracts = m.kind == MaterialKind::Dielectric;
+  if (m.kind == MaterialKind::Blend) blend(m);
   scene_.materials.push_back(m);
   return static_cast<int>(scene_.materials.size() - 1);
 }
@@ -219,13 +246,17 @@ std::shared_ptr<const Scene> SceneBuilder::build(uint32_t root, const Options& o
   if (!(options.ao_distance > 0.0)) throw Error("ao_distance: must be positive, got " + text(options.ao_distance));
   scene_.ao_distance = options.ao_distance;
   finish_reachable();
-  if (traces_light(options.integrator))
+  if (traces_light(options.integrator)) {
+    finish_materials();
     collect_lights(root, Affine{}, kInherit, 0);
-  else
+  } else {
     scene_.lights = {};
+  }
   scene_.lights.finish();
   scene_.features = find_features(scene_);
-  scene_.dielectrics = std::binary_search(scene_.features.begin(), scene_.features.end(), "dielectric");
+  auto uses = [&](const char* name) { return std::binary_search(scene_.features.begin(), scene_.features.end(), name); };
+  scene_.dielectrics = uses("dielectric");
+  scene_.see_through = uses("opacity");
   auto out = std::make_shared<const Scene>(std::move(scene_));
   *this = SceneBuilder();
   return out;

@@ -65,6 +65,8 @@ class SceneBuilder {
   const std::string& why_open(uint32_t object);
   Csg flatten(const CsgSource& source, const Box& bounds);
   uint32_t cut_off(uint32_t solid, const Box& bounds);
+  void blend(Material& material) const;
+  void finish_materials();
   void finish_reachable();
   double expected_cost(uint32_t object) const;
   void collect_lights(uint32_t object, const Affine& to_world, int material, uint64_t base);

@@ -6,10 +6,10 @@ namespace tilecast {
 
 const std::vector<std::string>& all_features() {
   static const std::vector<std::string> names{
-      "absorption",  "area_lights", "background",  "conductor", "csg",        "dielectric", "diffuse",
-      "directional_lights", "disk", "emission",    "environment", "hierarchy", "instances",  "lens",       "light_tree",
-      "mesh",        "mirror",      "pixel_filter", "point_lights", "rectangle", "shadow_rays", "solid",    "spot_lights",
-      "texture"};
+      "absorption", "area_lights", "background", "blend", "conductor", "csg", "dielectric", "diffuse",
+      "directional_lights", "disk", "emission", "environment", "hierarchy", "instances", "lens", "light_tree", "mesh",
+      "microfacets", "mirror", "opacity", "oren_nayar", "phong", "pixel_filter", "plastic", "point_lights",
+      "rectangle", "shadow_rays", "solid", "spot_lights", "texture"};
   return names;
 }
 
@@ -57,14 +57,24 @@ std::vector<std::string> find_features(const Scene& scene) {
   bool any_material = false;
   for (size_t i = 0; i < scene.materials.size(); ++i) any_material |= seen_material[i];
   if (placed && !any_material) seen_material[0] = true;
-  for (size_t i = 0; i < scene.materials.size(); ++i) {
+  for (size_t i = scene.materials.size(); i-- > 0;) {  // a blend stands behind its parts
     if (!seen_material[i]) continue;
     const Material& m = scene.materials[i];
+    for (int part = 0; part < Material::kMostParts; ++part)
+      if (m.shares[part] > 0.0) seen_material[m.parts[part]] = true;
+    const bool microfacets = m.kind == MaterialKind::Conductor || m.kind == MaterialKind::Dielectric ||
+                             m.kind == MaterialKind::Plastic;
     use("diffuse", m.kind == MaterialKind::Diffuse);
+    use("oren_nayar", m.kind == MaterialKind::Diffuse && m.roughness > 0.0);
     use("mirror", m.kind == MaterialKind::Mirror);
     use("conductor", m.kind == MaterialKind::Conductor);
-    use("dielectric", m.kind == MaterialKind::Dielectric);
-    use("absorption", m.kind == MaterialKind::Dielectric && max_component(m.absorption) > 0.0);
+    use("dielectric", m.refracts);
+    use("plastic", m.kind == MaterialKind::Plastic);
+    use("phong", m.kind == MaterialKind::Phong);
+    use("blend", m.kind == MaterialKind::Blend);
+    use("microfacets", microfacets && !m.smooth());
+    use("absorption", m.refracts && max_component(m.absorption) > 0.0);
+    use("opacity", m.opacity < 1.0);
     use("emission", m.emits());
     use("texture", m.texture >= 0);
   }

@@ -157,7 +157,8 @@ void SceneBuilder::collect_lights(uint32_t handle, const Affine& to_world, int m
     return;
   }
   AreaLight light;
-  light.radiance = material == kInherit ? Rgb(0.0) : scene_.materials[material].emission;
+  light.radiance = Rgb(0.0);
+  if (material != kInherit) light.radiance = scene_.materials[material].emission * scene_.materials[material].opacity;
   light.first_primitive = base;
   light.primitives = object.primitives;
   double mirrored = glm::determinant(to_world.linear) < 0.0 ? -1.0 : 1.0;
@@ -197,7 +198,7 @@ void SceneBuilder::collect_lights(uint32_t handle, const Affine& to_world, int m
   double share = light.shape == AreaLight::Shape::Triangle ? 0.5 : light.shape == AreaLight::Shape::Ellipse ? kPi : 1.0;
   for (const AreaLight::Piece& piece : light.pieces)
     light.cumulative.push_back(sum += share * glm::length(glm::cross(piece.edge1, piece.edge2)));
-  if (sum > 0.0) scene_.lights.areas.push_back(std::move(light));
+  if (sum > 0.0 && max_component(light.radiance) > 0.0) scene_.lights.areas.push_back(std::move(light));
 }
 
 }  // namespace tilecast

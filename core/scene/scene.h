@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "optics/energy.h"
 #include "scene/camera.h"
 #include "scene/light.h"
 #include "scene/material.h"
@@ -35,6 +36,10 @@ struct Scene {
 
   std::vector<Material> materials;  // materials[0] is the default
   std::vector<Checker> checkers;
+  std::vector<EnergyTable> conductor_losses;         // of rough conductors, by Material::energy
+  std::vector<CoatEnergy> coat_energies;             // of plastics
+  std::vector<DielectricEnergy> dielectric_energies;  // of rough dielectrics, each with a medium beside it:
+  std::vector<int> pairs;                            // index of its energy, by Material::energy + Material::medium
   Lights lights;
   Rgb background{0.0};
   Camera camera;
@@ -47,6 +52,7 @@ struct Scene {
   bool next_event = true;  // sample the lights; off for tests only
 
   bool dielectrics = false;           // a material refracts
+  bool see_through = false;           // a material has an opacity below 1
   std::vector<std::string> features;  // what the scene uses, of all_features()
   AcceleratorStats accelerator;       // all levels together
 };

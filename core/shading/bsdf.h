@@ -1,45 +1,83 @@
 // Scattering at one point of a surface, in the local frame whose z axis is the normal on the viewer's side.
 #pragma once
 
-#include "base/sampler.h"
 #include "shading/basis.h"
-#include "shading/fresnel.h"
-#include "scene/surface.h"
+#include "shading/hemisphere.h"
+#include "shading/medium.h"
+#include "shading/sample.h"
 
 namespace tilecast {
 
-// What the texture or the material says at this point.
-Rgb reflectance_at(const Scene& scene, const Surface& surface);
+class Plastic;
+class RoughConductor;
+class RoughDielectric;
 
-struct BsdfSample {
-  Vec3 wi;            // local frame; wi.z < 0: through the surface
-  Rgb weight;         // f |cos| / density
-  double pdf = 0.0;   // per solid angle; not used where `specular`
-  bool specular = false;
+// What the texture or the material says at this point.
+Rgb reflectance_at(const Scene& scene, const Surface& surface, const Material& material);
+
+// A single direction into which a part of the light goes, as from a mirror or through glass.
+struct Beam {
+  Vec3 wi;
+  Rgb weight;  // f |cos| / density, all of it
 };
+inline constexpr int kMostBeams = 2 * Material::kMostParts;
 
 class Bsdf {
  public:
-  // eta: index of refraction behind the surface over that in front of it; dielectrics alone use it.
-  Bsdf(const Material& material, const Rgb& reflectance, double eta)
-      : kind_(material.kind), reflectance_(reflectance), roughness_(material.roughness), eta_(eta) {}
+  Bsdf(const Scene& scene, const Surface& surface, const Boundary& boundary)
+      : Bsdf(scene, surface, *surface.material, boundary) {}
 
-  // Scatters into single directions: no light can be connected to.
-  bool specular() const {
-    return kind_ == MaterialKind::Mirror || kind_ == MaterialKind::Dielectric ||
-           (kind_ == MaterialKind::Conductor && roughness_ == 0.0);
+  // Scatters into single directions alone: no light can be connected to.
+  bool specular() const { return specular_; }
+
+  // f |cos| of a pair of directions without the single ones, and the density with which sample() takes wi.
+  // wo.z > 0.
+  Rgb evaluate(const Vec3& wo, const Vec3& wi, double& pdf) const {
+    if (!lambert_) return evaluate_any(wo, wi, pdf);
+    pdf = std::max(0.0, wi.z) * kInvPi;
+    return reflectance_ * pdf;
   }
 
-  // f |cos| of a pair of directions, and the density with which sample() takes wi.
-  Rgb evaluate(const Vec3& wo, const Vec3& wi, double& pdf) const;
-
   // False where nothing is scattered. wo.z > 0.
-  bool sample(const Vec3& wo, Sampler& sampler, BsdfSample& out) const;
+  bool sample(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
+    if (!lambert_) return sample_any(wo, sampler, out);
+    out.wi = cosine_hemisphere(sampler.next2());
+    out.pdf = out.wi.z * kInvPi;
+    out.weight = reflectance_;
+    return out.wi.z > 0.0;
+  }
+
+  // The single directions; how many there are.
+  int beams(const Vec3& wo, Beam out[kMostBeams]) const;
+
+  // Of what is scattered about such directions, as by a rough metal or rough glass; false where there is nothing.
+  bool sample_glossy(const Vec3& wo, Sampler& sampler, BsdfSample& out) const;
 
  private:
-  MaterialKind kind_;
+  Bsdf(const Scene& scene, const Surface& surface, const Material& material, const Boundary& boundary)
+      : scene_(scene), surface_(surface), material_(material), boundary_(boundary),
+        reflectance_(reflectance_at(scene, surface, material)),
+        lambert_(material.kind == MaterialKind::Diffuse && material.roughness == 0.0),
+        specular_(!lambert_ && is_specular()) {}
+
+  Bsdf part(int i) const { return {scene_, surface_, scene_.materials[material_.parts[i]], boundary_}; }
+  Rgb tint() const { return material_.texture < 0 ? material_.tint : reflectance_; }
+  Rgb evaluate_any(const Vec3& wo, const Vec3& wi, double& pdf) const;
+  bool sample_any(const Vec3& wo, Sampler& sampler, BsdfSample& out) const;
+  int choose_part(Sampler& sampler) const;
+  bool is_specular() const;
+  bool rough_glass() const;
+  RoughConductor rough_conductor() const;
+  RoughDielectric rough_dielectric() const;  // with the energies of the two media that meet here
+  Plastic plastic() const;
+
+  const Scene& scene_;
+  const Surface& surface_;
+  const Material& material_;
+  const Boundary& boundary_;
   Rgb reflectance_;
-  double roughness_, eta_;
+  bool lambert_;  // the commonest kind, which is not to wait for the others
+  bool specular_;
 };
 
 }  // namespace tilecast

@@ -15,12 +15,7 @@ Media media_at(const Scene& scene, const Vec3& point) {
   crossings(scene, line, list);
   for (const Crossing& crossing : list) {
     if (crossing.t > 0.0) break;
-    const Material* material = resolve(scene, line, crossing).material;
-    if (material->kind != MaterialKind::Dielectric) continue;
-    if (crossing.entering)
-      media.enter(material);
-    else
-      media.leave(material);
+    media.cross(*resolve(scene, line, crossing).material, crossing.entering);
   }
   return media;
 }

@@ -1,10 +1,19 @@
-// The dielectrics that a ray is inside of, innermost last.
+// The dielectrics that a ray is inside of, and which of them counts where they overlap: Schmidt and Budge, "Simple
+// Nested Dielectrics in Ray Traced Images", JGT 7(2), 2002. Of equal priority the one entered last counts.
 #pragma once
 
 #include "base/elementary.h"
 #include "scene/surface.h"
 
 namespace tilecast {
+
+// What lies on the two sides of a surface.
+struct Boundary {
+  double eta = 1.0;                  // index of refraction behind the surface over that in front of it
+  const Material* beside = nullptr;  // the medium on the side of the surface that is not its own; null: vacuum
+  bool entering = true;              // light comes from that side
+  bool real = true;                  // false: another medium counts on both sides, and light goes straight on
+};
 
 class Media {
  public:
@@ -18,20 +27,30 @@ class Media {
     return *this;
   }
 
+  // The one that counts; null: vacuum.
   const Material* current() const { return count_ > 0 ? stack_[count_ - 1] : nullptr; }
   double ior() const { return count_ > 0 ? current()->ior : 1.0; }
 
-  void enter(const Material* material) {
-    if (count_ < kMost) stack_[count_++] = material;
+  // What a ray meets at the surface of a material, on its way in or out.
+  Boundary at(const Material& material, bool entering) const {
+    if (!material.refracts) return {};
+    const Material* before = current();
+    if (entering) {
+      bool hidden = before && (before == &material || before->priority > material.priority);
+      return {material.ior / ior(), before, true, !hidden};
+    }
+    Media outside = *this;
+    bool inside = outside.leave(&material);
+    bool hidden = inside ? outside.current() == before : before && before->priority > material.priority;
+    return {outside.ior() / material.ior, outside.current(), false, !hidden};
   }
-  // Leaves the innermost medium of this material.
-  void leave(const Material* material) {
-    for (int i = count_ - 1; i >= 0; --i)
-      if (stack_[i] == material) {
-        for (; i + 1 < count_; ++i) stack_[i] = stack_[i + 1];
-        --count_;
-        return;
-      }
+  // Goes through the surface of a material.
+  void cross(const Material& material, bool entering) {
+    if (!material.refracts) return;
+    if (entering)
+      enter(&material);
+    else
+      leave(&material);
   }
   // Beer's law over a distance in metres, infinity among them.
   Rgb transmittance(double distance) const {
@@ -41,16 +60,26 @@ class Media {
       if (double a = current()->absorption[i]; a > 0.0) out[i] = exp_negative(-a * distance);
     return out;
   }
-  // The relative index of refraction at a boundary of the material, crossed inwards or outwards.
-  double eta(const Material& material, bool entering) const {
-    if (entering) return material.ior / ior();
-    Media outside = *this;
-    outside.leave(&material);
-    return outside.ior() / material.ior;
-  }
 
  private:
-  const Material* stack_[kMost];
+  void enter(const Material* material) {
+    if (count_ == kMost) return;
+    int i = count_++;
+    for (; i > 0 && stack_[i - 1]->priority > material->priority; --i) stack_[i] = stack_[i - 1];
+    stack_[i] = material;
+  }
+  // Leaves the innermost medium of this material; false where there is none.
+  bool leave(const Material* material) {
+    for (int i = count_ - 1; i >= 0; --i)
+      if (stack_[i] == material) {
+        for (; i + 1 < count_; ++i) stack_[i] = stack_[i + 1];
+        --count_;
+        return true;
+      }
+    return false;
+  }
+
+  const Material* stack_[kMost];  // by priority; of one priority, in the order of entering
   int count_ = 0;
 };
 

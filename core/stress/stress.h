@@ -96,5 +96,7 @@ void add_threads(std::vector<Case>& out);
 void add_extreme_geometry(std::vector<Case>& out);
 void add_extreme_light(std::vector<Case>& out);
 void add_solids(std::vector<Case>& out);
+void add_dielectrics(std::vector<Case>& out);
+void add_scattering(std::vector<Case>& out);
 
 }  // namespace tilecast::stress

@@ -140,26 +140,6 @@ TEST(Absorption, FollowsBeersLawThroughASlab) {
   }
 }
 
-TEST(Fresnel, AgreesWithLongDoubleNearAndFarFromOne) {
-  for (double eta : {1.0 + 1e-12, 1.0 - 1e-12, 1.0 + 1e-6, 1.5, 1 / 1.5, 1e3, 1e-3})
-    for (int i = 1; i <= 1000; ++i) {
-      double c = i / 1000.0;
-      Fresnel fresnel = fresnel_dielectric(c, eta);
-      __float128 e = eta, cq = c, s2 = (1 - cq * cq) / (e * e);
-      if (s2 >= 1) {
-        EXPECT_TRUE(fresnel.total);
-        EXPECT_EQ(fresnel.reflectance, 1.0);
-        continue;
-      }
-      // Square root in quadruple precision by Newton's method.
-      __float128 ct = std::sqrt(static_cast<double>(1 - s2));
-      for (int k = 0; k < 3; ++k) ct = (ct + (1 - s2) / ct) / 2;
-      __float128 rs = (cq - e * ct) / (cq + e * ct), rp = (e * cq - ct) / (e * cq + ct);
-      double exact = static_cast<double>((rs * rs + rp * rp) / 2);
-      ASSERT_NEAR(fresnel.reflectance, exact, 64 * kUnitRoundoff * exact) << eta << " " << c;
-    }
-}
-
 TEST(Sampler, HasOneSampleInEachElementaryInterval) {
   for (uint32_t pixel = 0; pixel < 20; ++pixel)
     for (uint32_t half = 0; half < 2; ++half) {

@@ -20,8 +20,8 @@ values = st.recursive(scalars, lambda inner: st.one_of(
 KEYS = sorted({key for model in vars(schema).values() if isinstance(model, type) and issubclass(model, schema.Model)
                for key in model.model_fields} | {"part", "pyramid", "brass"})
 KINDS = ["sphere", "box", "cylinder", "cone", "capsule", "torus", "quadric", "halfspace", "rectangle", "disk", "mesh",
-         "union", "difference", "group", "diffuse", "mirror", "conductor", "dielectric", "checker", "point", "area",
-         "perspective", "part", "pyramid", "brass", "a.ply"]
+         "union", "difference", "group", "diffuse", "mirror", "conductor", "dielectric", "plastic", "phong", "principled",
+         "blend", "checker", "point", "area", "perspective", "part", "pyramid", "brass", "a.ply"]
 near = st.recursive(
     st.one_of(scalars, st.sampled_from(KINDS), st.lists(st.floats(-2, 2), min_size=3, max_size=4)),
     lambda inner: st.one_of(st.lists(inner, max_size=4), st.dictionaries(

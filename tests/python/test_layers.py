@@ -11,7 +11,7 @@ CORE = ROOT / "core"
 PACKAGE = ROOT / "server" / "tilecast"
 
 # Lowest first. The benchmarks look at everything and nothing looks at them.
-CORE_FLOORS = ["base", "geometry", "accel", "scene", "shading", "integrators", "render", "stress", "bind", "bench"]
+CORE_FLOORS = ["base", "optics", "geometry", "accel", "scene", "shading", "integrators", "render", "stress", "bind", "bench"]
 # Parts on one floor do not know each other. The package's own __init__.py is the facade over `render`.
 PACKAGE_FLOORS = [{"_core"}, {"scene"}, {"render"}, {"jobs", "report", "__init__"}, {"api", "cli"}, {"__main__"}]
 

@@ -43,7 +43,7 @@ def check(scene: schema.Scene) -> None:
     """Raises SceneError, with all that is wrong with names, transforms and operands, in the order of the
     document."""
     nodes = list(walk(scene))
-    errors = [*_names(scene, nodes), *_transforms(nodes)]
+    errors = [*_names(scene, nodes), *_blends(scene, nodes), *_transforms(nodes)]
     if not errors:
         errors = [*_cycles(scene)] or [*_operands(scene, nodes), *_area_lights(scene, nodes)]
     if errors:
@@ -57,6 +57,27 @@ def _names(scene: schema.Scene, nodes: list[tuple[Path, Any]]) -> Iterator[tuple
             yield (*path, "object"), _unknown(node.object, scene.objects, "object", "objects")
         if isinstance(getattr(node, "material", None), str) and node.material not in scene.materials:
             yield (*path, "material"), _unknown(node.material, scene.materials, "material", "materials")
+
+
+def _blends(scene: schema.Scene, nodes: list[tuple[Path, Any]]) -> Iterator[tuple[Path, str]]:
+    """What a blend takes: names that are there, of materials that are no mixtures, shine and let through nothing by
+    themselves, and one dielectric at most."""
+    materials = [(("materials", name), material) for name, material in scene.materials.items()]
+    materials += [((*path, "material"), node.material) for path, node in nodes if hasattr(node, "material")]
+    for path, material in materials:
+        if not isinstance(material, schema.Blend):
+            continue
+        parts = [scene.materials.get(part) if isinstance(part, str) else part for part in material.of]
+        for index, (given, part) in enumerate(zip(material.of, parts)):
+            at = (*path, "of", index)
+            if part is None:
+                yield at, _unknown(given, scene.materials, "material", "materials")
+            elif isinstance(part, (schema.Blend, schema.Principled)):
+                yield at, f"is a {part.type}: a blend takes materials that are no mixtures themselves"
+            elif any(part.emission) or part.opacity < 1:
+                yield at, "shines or lets light through: emission and opacity belong to the blend"
+        if all(isinstance(part, schema.Dielectric) for part in parts):
+            yield (*path, "of", 1), "is a second dielectric: what is inside of a blend can be of one kind alone"
 
 
 def _unknown(name: str, known: Mapping[str, Any], what: str, where: str) -> str:

@@ -290,19 +290,43 @@ class _Compiler:
         else:
             key = material.model_dump_json()
         if key not in self.materials:
-            settings = {"emission": material.emission}
-            reflectance = getattr(material, "reflectance", None)
             with _at(path):
-                if isinstance(reflectance, schema.Checker):
-                    settings["texture"] = self.builder.checker(reflectance.even, reflectance.odd, reflectance.size)
-                elif reflectance is not None:
-                    settings["reflectance"] = reflectance
-                if isinstance(material, schema.Conductor):
-                    settings["roughness"] = material.roughness
-                if isinstance(material, schema.Dielectric):
-                    settings |= {"ior": material.ior, "absorption": material.absorption}
-                self.materials[key] = self.builder.material(material.type, **settings)
+                self.materials[key] = self._new_material(path, material)
         return self.materials[key]
+
+    def _new_material(self, path: Path, material: schema.Material) -> int:
+        builder = self.builder
+        common = {"emission": material.emission, "opacity": material.opacity}
+        match material:
+            case schema.Blend():
+                parts = [self._material((*path, "of", index), part) for index, part in enumerate(material.of)]
+                return builder.blend(parts, [1 - material.weight, material.weight], **common)
+            case schema.Principled():
+                colour, metallic, clear = self._colour(material.base_color), material.metallic, material.transmission
+                rough = {"roughness": material.roughness}
+                tint = {"tint" if key == "reflectance" else key: value for key, value in colour.items()}
+                shares = {"conductor": metallic, "plastic": (1 - metallic) * (1 - clear),
+                          "dielectric": (1 - metallic) * clear}
+                settings = {"conductor": rough | colour, "plastic": rough | colour | {"ior": material.ior},
+                            "dielectric": rough | tint | {"ior": material.ior}}
+                kinds = [kind for kind, share in shares.items() if share > 0]
+                if len(kinds) == 1:
+                    return builder.material(kinds[0], **settings[kinds[0]], **common)
+                parts = [builder.material(kind, **settings[kind]) for kind in kinds]
+                return builder.blend(parts, [shares[kind] for kind in kinds], **common)
+            case schema.Conductor() if index := material.index():
+                return builder.material("conductor", eta=index[0], k=index[1], roughness=material.roughness, **common)
+        settings = {name: getattr(material, name) for name in type(material).model_fields
+                    if name not in ("type", "reflectance", "metal", "eta", "k")}
+        if hasattr(material, "reflectance"):
+            settings |= self._colour(material.reflectance)
+        return builder.material(material.type, **settings)
+
+    def _colour(self, reflectance: list[float] | schema.Checker) -> dict[str, Any]:
+        """A reflectance as the core's settings: a colour, or the handle of a texture."""
+        if isinstance(reflectance, schema.Checker):
+            return {"texture": self.builder.checker(reflectance.even, reflectance.odd, reflectance.size)}
+        return {"reflectance": reflectance}
 
     def _shine(self, light: schema.AreaLight) -> int:
         """The material of an area light: black, and it emits."""

@@ -17,7 +17,8 @@ from .cameras import Camera, Orthographic, Panorama, Perspective, ThinLens
 from .fields import Coordinate, Model, Name, Positive, fault, whole
 from .lights import (
     AreaLight, Background, DirectionalLight, ImageBackground, Light, PointLight, SkyBackground, SpotLight)
-from .materials import Checker, Conductor, Dielectric, Diffuse, Material, MaterialChoice, Mirror
+from .materials import (
+    Blend, Checker, Conductor, Dielectric, Diffuse, Material, MaterialChoice, Mirror, Phong, Plastic, Principled)
 from .objects import (
     Accelerator, Box, Capsule, Cone, Cylinder, Difference, Disk, Group, Grouping, Halfspace, Intersection, Mesh, Object,
     ObjectChoice, Placement, Quadric, Rectangle, Reference, Sphere, Torus, Union)

@@ -12,21 +12,26 @@ class Ggx {
  public:
   explicit Ggx(double roughness) : alpha_(roughness * roughness) {}
 
-  double density(const Vec3& m) const {
+  double density(const Vec3& m) const {  // without the difference that cancels where alpha is small
     double a2 = alpha_ * alpha_;
-    double k = m.z * m.z * (a2 - 1.0) + 1.0;
+    double k = m.x * m.x + m.y * m.y + a2 * m.z * m.z;
     return a2 / (kPi * k * k);
   }
   double lambda(const Vec3& w) const {
     double t2 = (w.x * w.x + w.y * w.y) / (w.z * w.z);
     return 0.5 * (std::sqrt(1.0 + alpha_ * alpha_ * t2) - 1.0);
   }
-  // The share of microfacets seen from both directions.
+  // The share of microfacets seen from both directions, on one side or on two.
   double visible(const Vec3& wo, const Vec3& wi) const { return 1.0 / (1.0 + lambda(wo) + lambda(wi)); }
-  // The density of reflected directions when the microfacet is sampled by sample_normal.
-  double reflected_pdf(const Vec3& wo, const Vec3& m) const {
-    return density(m) / ((1.0 + lambda(wo)) * 4.0 * wo.z);
+  // The same, of those seen from wo.
+  double visible_of_seen(const Vec3& wo, const Vec3& wi) const {
+    double seen = 1.0 + lambda(wo);
+    return seen / (seen + lambda(wi));
   }
+  // The density of sample_normal, over the cosine between wo and m.
+  double seen_density(const Vec3& wo, const Vec3& m) const { return density(m) / ((1.0 + lambda(wo)) * wo.z); }
+  // The density of reflected directions when the microfacet is sampled by sample_normal.
+  double reflected_pdf(const Vec3& wo, const Vec3& m) const { return 0.25 * seen_density(wo, m); }
   Vec3 sample_normal(const Vec3& wo, const Vec2& u) const {
     Vec3 v = glm::normalize(Vec3(alpha_ * wo.x, alpha_ * wo.y, wo.z));
     double sine, cosine;

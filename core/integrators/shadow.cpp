@@ -1,0 +1,35 @@
+#include "integrators/shadow.h"
+
+#include "optics/fresnel.h"
+
+namespace tilecast {
+
+Rgb shadow_transmittance(const Scene& scene, Ray ray, Media media, Glass glass, Tracing& tracing) {
+  Rgb left(1.0);
+  const double length = glm::length(ray.direction);
+  while (max_component(left) > 0.0) {
+    ++tracing.counts.shadow;
+    Hit hit = closest(scene, ray);
+    left *= media.transmittance(length * (std::min(hit.t, ray.t_max) - ray.t_min));
+    if (!hit.found()) return left;
+    Surface surface = resolve(scene, ray, hit);
+    const Material& material = *surface.material;
+    if (!material.passable()) return Rgb(0.0);
+    Boundary boundary = media.at(material, hit.entering);
+    if (boundary.real) {
+      double eta = boundary.eta, through = (1.0 - material.opacity) / (eta * eta);
+      if (glass == Glass::Passes && material.kind == MaterialKind::Dielectric) {
+        // Unbent, the ray has one angle on both sides: that of the thinner medium, so that no reflection is total.
+        double cosine = std::min(1.0, std::fabs(glm::dot(surface.normal, ray.direction)) / length);
+        left *= through + material.opacity * (1.0 - fresnel_dielectric(cosine, std::max(eta, 1.0 / eta)).reflectance);
+      } else {
+        left *= through;
+      }
+    }
+    media.cross(material, hit.entering);
+    ray.t_min = hit.t;
+  }
+  return left;
+}
+
+}  // namespace tilecast
