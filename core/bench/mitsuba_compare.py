@@ -66,7 +66,7 @@ def thousand_lights() -> tuple[dict, dict]:
     return ours, translated(ours)
 
 
-CASES = {"cornell": cornell, "glass and mirror": glass_and_mirror, "1,000 lights": thousand_lights}
+CASES = {"cornell": cornell, "glass and mirror": glass_and_mirror, "thousand lights": thousand_lights}
 
 
 def translated(scene: dict) -> dict:
