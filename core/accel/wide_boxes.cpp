@@ -40,7 +40,7 @@ WideBoxes WideBoxes::fold(const Bvh& bvh, const std::vector<uint32_t>& order, st
     Node node{};
     node.count = count;
     for (int k = 0; k < count; ++k) {
-      for (int i = 0; i < 3; ++i) node.lo[i][k] = parts[k].box.lo[i], node.hi[i][k] = parts[k].box.hi[i];
+      node.boxes.set(k, parts[k].box);
       node.child[k] = parts[k].child;
       if (parts[k].child & kPrimitive) continue;
       node.child[k] = static_cast<uint32_t>(pending.size());

@@ -5,8 +5,8 @@
 #include <bit>
 #include <cstring>
 
+#include "accel/box_lanes.h"
 #include "accel/bvh.h"
-#include "base/lanes.h"
 
 namespace tilecast {
 
@@ -33,16 +33,11 @@ class WideBoxes {
       cost.step();
       const Node& node = nodes_[current];
       alignas(32) float near[kLanes];
-      Float8 from = all(s_min), to = all(s_max);
-      for (int i = 0; i < 3; ++i) {  // rounded as clip_to_box is
-        const Float8 a = (node.lo[i] - ray.origin[i]) * ray.reciprocal[i];
-        const Float8 b = (node.hi[i] - ray.origin[i]) * ray.reciprocal[i];
-        from = max(from, min(a, b));
-        to = min(to, max(a, b));
-      }
+      Float8 from;
+      const Mask8 met_boxes = meets(node.boxes, ray, s_min, s_max, from) & (kLaneNumbers < node.count);
       std::memcpy(near, &from, sizeof(near));
       const int waiting = top;
-      for (uint32_t met = bits((from <= to) & (kLaneNumbers < node.count)); met != 0; met &= met - 1) {
+      for (uint32_t met = bits(met_boxes); met != 0; met &= met - 1) {
         const int lane = std::countr_zero(met);
         int at = top++;
         for (; at > waiting && stack[at - 1].s < near[lane]; --at) stack[at] = stack[at - 1];
@@ -64,7 +59,7 @@ class WideBoxes {
  private:
   static constexpr uint32_t kPrimitive = 1u << 31;
   struct alignas(32) Node {  // 256 bytes
-    Float8 lo[3], hi[3];
+    BoxLanes boxes;
     uint32_t child[kLanes];  // a node's number, or kPrimitive | a primitive's
     int32_t count;
   };

@@ -6,34 +6,42 @@
 
 namespace tilecast {
 
+// A polynomial by Horner's rule with fused multiply-add; the coefficient of the highest power first.
+template <class... Lower>
+double polynomial(double x, double highest, Lower... lower) {
+  ((highest = std::fma(highest, x, lower)), ...);
+  return highest;
+}
+
 // sin and cos of 2 pi u for u in [0, 1].
 inline void sincos_2pi(double u, double& sine, double& cosine) {
   int quadrant = static_cast<int>(4.0 * u + 0.5);
   double r = (u - 0.25 * quadrant) * (2.0 * kPi);  // |r| <= pi / 4
   double r2 = r * r;
-  double s = -1.0 / 1307674368000.0;  // Taylor, Horner with fused multiply-add
-  s = std::fma(s, r2, 1.0 / 6227020800.0);
-  s = std::fma(s, r2, -1.0 / 39916800.0);
-  s = std::fma(s, r2, 1.0 / 362880.0);
-  s = std::fma(s, r2, -1.0 / 5040.0);
-  s = std::fma(s, r2, 1.0 / 120.0);
-  s = std::fma(s, r2, -1.0 / 6.0);
+  // Taylor.
+  double s = polynomial(r2, -1.0 / 1307674368000.0, 1.0 / 6227020800.0, -1.0 / 39916800.0, 1.0 / 362880.0, -1.0 / 5040.0,
+                        1.0 / 120.0, -1.0 / 6.0);
   s = std::fma(s * r2, r, r);
-  double c = 1.0 / 20922789888000.0;
-  c = std::fma(c, r2, -1.0 / 87178291200.0);
-  c = std::fma(c, r2, 1.0 / 479001600.0);
-  c = std::fma(c, r2, -1.0 / 3628800.0);
-  c = std::fma(c, r2, 1.0 / 40320.0);
-  c = std::fma(c, r2, -1.0 / 720.0);
-  c = std::fma(c, r2, 1.0 / 24.0);
-  c = std::fma(c, r2, -0.5);
-  c = std::fma(c, r2, 1.0);
+  const double c = polynomial(r2, 1.0 / 20922789888000.0, -1.0 / 87178291200.0, 1.0 / 479001600.0, -1.0 / 3628800.0,
+                              1.0 / 40320.0, -1.0 / 720.0, 1.0 / 24.0, -0.5, 1.0);
   switch (quadrant & 3) {
     case 0: sine = s, cosine = c; break;
     case 1: sine = c, cosine = -s; break;
     case 2: sine = -s, cosine = -c; break;
     default: sine = -c, cosine = s; break;
   }
+}
+
+// The cosine and the tangent of 2 pi u for u in [0, 1].
+inline double cos_2pi(double u) {
+  double sine, cosine;
+  sincos_2pi(u, sine, cosine);
+  return cosine;
+}
+inline double tan_2pi(double u) {
+  double sine, cosine;
+  sincos_2pi(u, sine, cosine);
+  return sine / cosine;
 }
 
 // The angle of (x, y) with the x axis over 2 pi, in [-0.5, 0.5]; 0 at the origin.
@@ -49,15 +57,15 @@ inline double atan2_turns(double y, double x) {
   const double t = low / high;
   const int k = static_cast<int>(8.0 * t + 0.5);
   const double c = 0.125 * k, z = (t - c) / std::fma(t, c, 1.0), z2 = z * z;
-  double s = 1.0 / 13.0;
-  s = std::fma(s, z2, -1.0 / 11.0);
-  s = std::fma(s, z2, 1.0 / 9.0);
-  s = std::fma(s, z2, -1.0 / 7.0);
-  s = std::fma(s, z2, 1.0 / 5.0);
-  s = std::fma(s, z2, -1.0 / 3.0);
+  const double s = polynomial(z2, 1.0 / 13.0, -1.0 / 11.0, 1.0 / 9.0, -1.0 / 7.0, 1.0 / 5.0, -1.0 / 3.0);
   const double angle = (kAngles[k] + std::fma(s * z2, z, z)) * (0.5 * kInvPi);
   const double first = steep ? 0.25 - angle : angle;  // in the first quadrant
   return std::copysign(x < 0.0 ? 0.5 - first : first, y);
+}
+
+// The angle between two directions of any length, over 2 pi: in [0, 0.5].
+inline double turns_between(const Vec3& a, const Vec3& b) {
+  return atan2_turns(glm::length(glm::cross(a, b)), glm::dot(a, b));
 }
 
 // e^x for x <= 0.
@@ -91,17 +99,10 @@ inline double power_of_unit(double x, double y) {
 // arccos for x in [0, 1]: the rational function of Sun's fdlibm.
 inline double acos_unit(double x) {
   auto tail = [](double z) {  // (arcsin(sqrt z) / sqrt z - 1), z <= 1/4
-    double p = 3.47933107596021167570e-05;
-    p = std::fma(p, z, 7.91534994289814532176e-04);
-    p = std::fma(p, z, -4.00555345006794114027e-02);
-    p = std::fma(p, z, 2.01212532134862925881e-01);
-    p = std::fma(p, z, -3.25565818622400915405e-01);
-    p = std::fma(p, z, 1.66666666666666657415e-01);
-    double q = 7.70381505559019352791e-02;
-    q = std::fma(q, z, -6.88283971605453293030e-01);
-    q = std::fma(q, z, 2.02094576023350569471e+00);
-    q = std::fma(q, z, -2.40339491173441421878e+00);
-    q = std::fma(q, z, 1.0);
+    const double p = polynomial(z, 3.47933107596021167570e-05, 7.91534994289814532176e-04, -4.00555345006794114027e-02,
+                                2.01212532134862925881e-01, -3.25565818622400915405e-01, 1.66666666666666657415e-01);
+    const double q = polynomial(z, 7.70381505559019352791e-02, -6.88283971605453293030e-01, 2.02094576023350569471e+00,
+                                -2.40339491173441421878e+00, 1.0);
     return z * p / q;
   };
   if (x < 0.5) return 0.5 * kPi - std::fma(x, tail(x * x), x);

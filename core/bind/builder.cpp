@@ -37,12 +37,6 @@ PixelFilter::Kind filter_of(const std::string& name) {
   return static_cast<PixelFilter::Kind>(found - std::begin(kFilterNames));
 }
 
-double cosine_of(double degrees) {
-  double sine, cosine;
-  sincos_2pi(degrees / 360.0, sine, cosine);
-  return cosine;
-}
-
 Environment to_environment(const Array<float>& pixels, double rotation) {
   check_shape(pixels, {-1, -1, 3}, "pixels");
   const Vec3f* first = reinterpret_cast<const Vec3f*>(pixels.data());
@@ -198,7 +192,7 @@ void bind_builder(py::module_& module) {
       .def("background", [](SceneBuilder& b, const Triple& radiance) { b.set_background(to_vec(radiance)); }, py::arg("radiance"))
       .def("spot_light", [](SceneBuilder& b, const Triple& position, const Triple& direction, const Triple& intensity,
                             double inner_angle, double outer_angle) {
-            b.add_spot_light({to_vec(position), to_vec(direction), to_vec(intensity), cosine_of(inner_angle), cosine_of(outer_angle)});
+            b.add_spot_light({to_vec(position), to_vec(direction), to_vec(intensity), cos_2pi(inner_angle / 360.0), cos_2pi(outer_angle / 360.0)});
           }, py::arg("position"), py::arg("direction"), py::arg("intensity"), py::arg("inner_angle"), py::arg("outer_angle"),
           "intensity: W/sr along the axis; angles: degrees from the axis, where it begins to fall and where it is 0.")
       .def("directional_light", [](SceneBuilder& b, const Triple& direction, const Triple& irradiance) {

@@ -8,15 +8,6 @@ namespace {
 
 constexpr int kRouletteDepth = 4;  // path segments that are never cut short
 
-// What is left of light that comes straight to a point in these media.
-Rgb unshadowed(const Scene& scene, const Ray& shadow, const Media& media, uint64_t& occluder, Tracing& tracing) {
-  TILECAST_COUNT(shadow);
-  // Inside of a medium there may be surfaces of others that do not count there.
-  if (scene.see_through || media.current()) return shadow_transmittance(scene, shadow, media, Glass::Stops, tracing);
-  ++tracing.counts.shadow;
-  return Rgb(occluded(scene, shadow, occluder) ? 0.0 : 1.0);
-}
-
 // What the lights send to the surface and on to wo, by one of them. media: on the side of wo.
 Rgb next_event(const Scene& scene, const Surface& surface, bool entering, const LitPlace& place, const Basis& basis,
                const Vec3& wo, const Bsdf& bsdf, const Media& media, Sampler& sampler, Tracing& tracing) {
@@ -29,14 +20,16 @@ Rgb next_event(const Scene& scene, const Surface& surface, bool entering, const 
   double bsdf_pdf;
   Rgb f = bsdf.evaluate(wo, wi, bsdf_pdf);
   if (!(max_component(f) > 0.0)) return Rgb(0.0);
-  uint64_t& occluder = tracing.occluders.of(choice.light);
+  auto unshadowed_in = [&](const Media& here) {
+    return unshadowed(scene, direct.shadow, here, Glass::Stops, choice.light, tracing);
+  };
   Rgb left;
   if (wi.z < 0.0) {
     Media behind = media;
     behind.cross(*surface.material, entering);
-    left = unshadowed(scene, direct.shadow, behind, occluder, tracing);
+    left = unshadowed_in(behind);
   } else {
-    left = unshadowed(scene, direct.shadow, media, occluder, tracing);
+    left = unshadowed_in(media);
   }
   return f * direct.radiance * left * (direct.pdf > 0.0 ? power_heuristic(direct.pdf, bsdf_pdf) : 1.0);
 }

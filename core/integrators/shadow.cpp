@@ -1,9 +1,12 @@
 #include "integrators/shadow.h"
 
+#include "base/counters.h"
 #include "optics/fresnel.h"
 
 namespace tilecast {
+namespace {
 
+// Through all surfaces that let light pass.
 Rgb shadow_transmittance(const Scene& scene, Ray ray, Media media, Glass glass, Tracing& tracing) {
   Rgb left(1.0);
   const double length = glm::length(ray.direction);
@@ -30,6 +33,17 @@ Rgb shadow_transmittance(const Scene& scene, Ray ray, Media media, Glass glass, 
     ray.t_min = hit.t;
   }
   return left;
+}
+
+}  // namespace
+
+Rgb unshadowed(const Scene& scene, const Ray& ray, const Media& media, Glass glass, size_t light, Tracing& tracing) {
+  TILECAST_COUNT(shadow);
+  // Inside of a medium there may be surfaces of others that do not count there.
+  const bool glass_in_the_way = glass == Glass::Passes ? scene.dielectrics : media.current() != nullptr;
+  if (scene.see_through || glass_in_the_way) return shadow_transmittance(scene, ray, media, glass, tracing);
+  ++tracing.counts.shadow;
+  return Rgb(occluded(scene, ray, tracing.occluders.of(light)) ? 0.0 : 1.0);
 }
 
 }  // namespace tilecast

@@ -10,7 +10,7 @@ enum class Glass : uint8_t {
   Passes  // unbent, weakened at its surfaces and inside
 };
 
-// What is left of the light at the end of a shadow ray (t = 1) that starts in these media.
-Rgb shadow_transmittance(const Scene& scene, Ray ray, Media media, Glass glass, Tracing& tracing);
+// What is left of the light at the end of a shadow ray to a light, which starts in these media.
+Rgb unshadowed(const Scene& scene, const Ray& ray, const Media& media, Glass glass, size_t light, Tracing& tracing);
 
 }  // namespace tilecast

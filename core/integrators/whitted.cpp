@@ -1,4 +1,3 @@
-#include "base/counters.h"
 #include "integrators/direct.h"
 #include "integrators/shadow.h"
 #include "shading/bsdf.h"
@@ -74,15 +73,8 @@ Rgb trace_whitted(const Scene& scene, const Ray& camera_ray, const Media& camera
         double pdf;
         Rgb f = bsdf.evaluate(wo, basis.to_local(direct.direction), pdf);
         if (!(max_component(f) > 0.0)) continue;
-        Rgb left(1.0);
-        if (scene.dielectrics || scene.see_through) {
-          TILECAST_COUNT(shadow);
-          left = shadow_transmittance(scene, direct.shadow, branch.media, Glass::Passes, tracing);
-        } else {
-          ++tracing.counts.shadow;
-          left = Rgb(occluded(scene, direct.shadow, tracing.occluders.of(light)) ? 0.0 : 1.0);
-        }
-        sum += branch.weight * f * direct.radiance * left;
+        sum += branch.weight * f * direct.radiance *
+               unshadowed(scene, direct.shadow, branch.media, Glass::Passes, light, tracing);
       }
     Beam beams[kMostBeams];
     for (int i = 0, count = bsdf.beams(wo, beams); i < count; ++i) follow(beams[i].wi, branch.weight * beams[i].weight);

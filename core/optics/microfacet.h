@@ -41,6 +41,11 @@ class Ggx {
     Vec3 h = Vec3(r * cosine, r * sine, z) + v;
     return glm::normalize(Vec3(alpha_ * h.x, alpha_ * h.y, std::max(h.z, 1e-300)));
   }
+  // The direction into which the normal that sample_normal takes reflects; below the surface where that is lost.
+  Vec3 sample_reflected(const Vec3& wo, const Vec2& u) const {
+    Vec3 m = sample_normal(wo, u);
+    return 2.0 * glm::dot(wo, m) * m - wo;
+  }
 
  private:
   double alpha_;

@@ -37,7 +37,7 @@ Assembly Assembly::build(std::vector<Instance> instances, const std::vector<Obje
   for (const Box& box : boxes)
     frame_boxes.push_back(FrameBox::around(out.frame, box.empty() ? Box{out.frame.centre, out.frame.centre} : box));
   if (frame_boxes.size() <= kLanes)
-    for (size_t i = 0; i < frame_boxes.size(); ++i) out.few.set(static_cast<int>(i), frame_boxes[i]);
+    for (size_t i = 0; i < frame_boxes.size(); ++i) out.few.set(static_cast<int>(i), frame_boxes[i].padded(static_cast<float>(kRoom)));
   PrimitiveSet primitives;
   primitives.boxes = frame_boxes;
   primitives.test_cost = kInstanceCost;

@@ -8,9 +8,7 @@ namespace {
 // The side of a pixel at a distance of 1.
 double pixel_of(double fov, int height) {
   if (!(fov > 0.0 && fov < 180.0)) throw Error("fov: must lie between 0 and 180 degrees, got " + text(fov));
-  double sine, cosine;
-  sincos_2pi(fov / 720.0, sine, cosine);
-  return 2.0 * (sine / cosine) / height;
+  return 2.0 * tan_2pi(fov / 720.0) / height;
 }
 
 }  // namespace

@@ -118,7 +118,7 @@ CsgFilter make_filter(const Csg& csg, const Scene& scene) {
     if (order.size() > 2 * kLanes) {
       const size_t number = out.batches.size();
       if (number % kLanes == 0) out.boxes.emplace_back();
-      out.boxes.back().set(number % kLanes, around);
+      out.boxes.back().set(number % kLanes, around.padded(static_cast<float>(kRoom)));
     }
     out.batches.push_back(batch);
   }

@@ -1,15 +1,12 @@
-// A line rounded to float in a frame, and boxes that it is tested against eight at a time.
-//
-// Boxes are padded by kRoom beside kBoxPadding: what float loses here is far less.
+// A line rounded to float in a frame. Boxes that it is tested against (accel/box_lanes.h) are padded by kRoom beside
+// kBoxPadding: what float loses here is far less.
 #pragma once
 
-#include "accel/frame_box.h"
-#include "base/lanes.h"
+#include "accel/box_lanes.h"
 
 namespace tilecast {
 
 inline constexpr double kRoom = 0x1p-12;  // frame units: what is nearer to an end of the range is not left out
-inline constexpr float kNowhere = 1e30f;
 
 // t of the ray = (start + s) * scale; s counts from the point closest to the frame's centre.
 struct FloatLine {
@@ -33,28 +30,6 @@ inline bool enter_line(const Frame& frame, const Ray& ray, FloatLine& out) {
     out.reciprocal[i] = slab_reciprocal(out.direction[i]);
   }
   return true;
-}
-
-struct BoxLanes {
-  Float8 lo[3] = {all(kNowhere), all(kNowhere), all(kNowhere)}, hi[3] = {all(kNowhere), all(kNowhere), all(kNowhere)};
-
-  void set(int lane, const FrameBox& box) {
-    FrameBox padded = box.padded(static_cast<float>(kRoom));
-    for (int i = 0; i < 3; ++i) lo[i][lane] = padded.lo[i], hi[i][lane] = padded.hi[i];
-  }
-};
-
-// Which boxes the line meets in s_min .. s_max; `from`: where it enters each of them.
-inline Mask8 meets(const BoxLanes& boxes, const FloatLine& line, float s_min, float s_max, Float8& from) {
-  Float8 to = all(s_max);
-  from = all(s_min);
-  for (int i = 0; i < 3; ++i) {
-    Float8 a = (boxes.lo[i] - line.origin[i]) * line.reciprocal[i];
-    Float8 b = (boxes.hi[i] - line.origin[i]) * line.reciprocal[i];
-    from = max(from, min(a, b));
-    to = min(to, max(a, b));
-  }
-  return from <= to;
 }
 
 }  // namespace tilecast

@@ -12,12 +12,6 @@ constexpr size_t kFew = 4;       // lights that are just halved
 constexpr int kGreedyDepth = 32; // further down nodes are halved, so that the tree ends
 constexpr double kNear = 3.0;    // radii
 
-double cos_turns(double turns) {
-  double sine, cosine;
-  sincos_2pi(turns, sine, cosine);
-  return cosine;
-}
-
 // Cosine and sine of max(0, a - b), of angles in [0, pi].
 double cos_less(double sin_a, double cos_a, double sin_b, double cos_b) {
   return cos_a > cos_b ? 1.0 : cos_a * cos_b + sin_a * sin_b;
@@ -71,7 +65,7 @@ double orientation(const LightBounds& b) {
   sincos_2pi(b.normals, sine, cosine);
   const double turns = b.normals - widest / kPi;  // o - 2 widest
   return 2.0 * kPi * (1.0 - cosine) +
-         0.5 * kPi * (2.0 * widest * sine - cos_turns(turns - std::floor(turns)) - 2.0 * o * sine + cosine);
+         0.5 * kPi * (2.0 * widest * sine - cos_2pi(turns - std::floor(turns)) - 2.0 * o * sine + cosine);
 }
 
 // What a node costs, by the surface area orientation heuristic.
@@ -82,10 +76,6 @@ double cost(const LightBounds& b) {
 }
 
 }  // namespace
-
-double turns_between(const Vec3& a, const Vec3& b) {
-  return atan2_turns(glm::length(glm::cross(a, b)), glm::dot(a, b));
-}
 
 double LightTree::Node::importance(const LitPlace& place) const {
   const Vec3 from = place.point - centre;  // from the lights
@@ -220,6 +210,12 @@ LightTree::Cut LightTree::cut(const LitPlace& place) const {
   return out;
 }
 
+// Of the choice between a node's halves, the probability of the first; not a number where neither reaches the place.
+double LightTree::share_of_first(uint32_t node, const LitPlace& place) const {
+  const double first = nodes_[node + 1].importance(place);
+  return first / (first + nodes_[nodes_[node].second].importance(place));
+}
+
 size_t LightTree::choose(double u, const LitPlace& place, double& probability) const {
   const Cut from = cut(place);
   const double total = from.total();
@@ -237,12 +233,11 @@ size_t LightTree::choose(double u, const LitPlace& place, double& probability) c
   probability = from.importance[chosen] / total;
   uint32_t at = from.nodes[chosen];
   while (nodes_[at].second > 0) {
-    const double first = nodes_[at + 1].importance(place), second = nodes_[nodes_[at].second].importance(place);
-    if (!(first + second > 0.0)) {
+    const double share = share_of_first(at, place);
+    if (!(share >= 0.0)) {
       probability = 0.0;
       return 0;
     }
-    const double share = first / (first + second);
     if (u < share) {
       u /= share;
       probability *= share;
@@ -265,9 +260,8 @@ double LightTree::probability(size_t light, const LitPlace& place) const {
   double out = from.importance[i] / from.total();
   for (uint32_t at = from.nodes[i]; nodes_[at].second > 0;) {
     const uint32_t next = nodes_[at].second;
-    const double first = nodes_[at + 1].importance(place), second = nodes_[next].importance(place);
-    if (!(first + second > 0.0)) return 0.0;
-    const double share = first / (first + second);
+    const double share = share_of_first(at, place);
+    if (!(share >= 0.0)) return 0.0;
     out *= leaf < next ? share : 1.0 - share;
     at = leaf < next ? at + 1 : next;
   }

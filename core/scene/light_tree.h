@@ -13,9 +13,6 @@
 
 namespace tilecast {
 
-// The angle between two directions of any length, over 2 pi: in [0, 0.5].
-double turns_between(const Vec3& a, const Vec3& b);
-
 // Where lights are and which way they shine: their normals lie within a cone, and light leaves within a further angle.
 struct LightBounds {
   Box box;                    // world space, metres
@@ -66,6 +63,7 @@ class LightTree {
   };
   void build(std::vector<Item>& items, size_t begin, size_t end, int depth);
   Cut cut(const LitPlace& place) const;
+  double share_of_first(uint32_t node, const LitPlace& place) const;
 
   std::vector<Node> nodes_;
   std::vector<uint32_t> leaves_;  // of each light

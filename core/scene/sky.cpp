@@ -20,16 +20,6 @@ struct Perez {
   }
 };
 
-double radians_between(const Vec3& a, const Vec3& b) {
-  return 2.0 * kPi * atan2_turns(glm::length(glm::cross(a, b)), glm::dot(a, b));
-}
-
-double tangent(double x) {
-  double sine, cosine;
-  sincos_2pi(x / (2.0 * kPi), sine, cosine);
-  return sine / cosine;
-}
-
 // CIE xyY to linear sRGB (IEC 61966-2-1), what lies outside of it cut off.
 Rgb to_rgb(double x, double y, double luminance) {
   const double X = x / y * luminance, Y = luminance, Z = (1.0 - x - y) / y * luminance;
@@ -57,9 +47,9 @@ Environment make_environment(const Sky& sky) {
                        -0.0033 * t + 0.0452};
   const Perez chroma_y{-0.0167 * t - 0.2608, -0.0950 * t + 0.0092, -0.0079 * t + 0.2102, -0.0441 * t - 1.6537,
                        -0.0109 * t + 0.0529};
-  const double s = radians_between(sun, Vec3(0.0, 1.0, 0.0)), s2 = s * s, s3 = s2 * s;
+  const double s = 2.0 * kPi * turns_between(sun, Vec3(0.0, 1.0, 0.0)), s2 = s * s, s3 = s2 * s;
   const double chi = (4.0 / 9.0 - t / 120.0) * (kPi - 2.0 * s);
-  const double zenith = (4.0453 * t - 4.9710) * tangent(chi) - 0.2155 * t + 2.4192;
+  const double zenith = (4.0453 * t - 4.9710) * tan_2pi(chi / (2.0 * kPi)) - 0.2155 * t + 2.4192;
   const double zenith_x = t * t * (0.00166 * s3 - 0.00375 * s2 + 0.00209 * s) +
                           t * (-0.02903 * s3 + 0.06377 * s2 - 0.03202 * s + 0.00394) +
                           0.11693 * s3 - 0.21196 * s2 + 0.06052 * s + 0.25886;
@@ -78,7 +68,7 @@ Environment make_environment(const Sky& sky) {
       const double turn = (column + 0.5) / kWidth + 0.5;
       sincos_2pi(turn - std::floor(turn), across, ahead);
       const Vec3 direction(sine * across, cosine, -sine * ahead);
-      const double to_sun = radians_between(direction, sun), cos_sun = glm::dot(direction, sun);
+      const double to_sun = 2.0 * kPi * turns_between(direction, sun), cos_sun = glm::dot(direction, sun);
       auto quantity = [&](const Perez& perez, double at_zenith) {
         return at_zenith * perez.at(cosine, to_sun, cos_sun) / perez.at(1.0, s, sun.y);
       };

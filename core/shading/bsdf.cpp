@@ -107,9 +107,7 @@ bool Bsdf::sample_any(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
       int chosen = choose_part(sampler);
       if (!part(chosen).sample(wo, sampler, out)) return false;
       if (out.specular) return true;
-      const Rgb f = evaluate(wo, out.wi, out.pdf);  // sets the density
-      out.weight = f / out.pdf;
-      return out.pdf > 0.0;
+      return weigh(*this, wo, out);
     }
     default: {
       if (!specular_) return rough_dielectric().sample(wo, sampler, out);

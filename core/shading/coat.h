@@ -45,14 +45,9 @@ class Plastic {
       out = {reflect(wo), Rgb(reflection(wo.z) / coat), 0.0, true};
       return true;
     } else {
-      Vec3 m = ggx_.sample_normal(wo, sampler.next2());
-      out.wi = 2.0 * glm::dot(wo, m) * m - wo;
+      out.wi = ggx_.sample_reflected(wo, sampler.next2());
     }
-    if (out.wi.z <= 0.0) return false;
-    const Rgb f = evaluate(wo, out.wi, out.pdf);  // sets the density
-    out.weight = f / out.pdf;
-    out.specular = false;
-    return out.pdf > 0.0;
+    return out.wi.z > 0.0 && weigh(*this, wo, out);
   }
 
  private:

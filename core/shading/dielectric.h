@@ -56,10 +56,7 @@ class RoughDielectric {
       out.wi = reflects ? 2.0 * c * m - wo : (c / eta_ - fresnel.cos_transmitted) * m - wo / eta_;
       if (reflects != (out.wi.z > 0.0)) return false;
     }
-    const Rgb f = evaluate(wo, out.wi, out.pdf);  // sets the density
-    out.weight = f / out.pdf;
-    out.specular = false;
-    return out.pdf > 0.0;
+    return weigh(*this, wo, out);
   }
 
  private:

@@ -35,11 +35,7 @@ class Phong {
     } else {
       out.wi = cosine_hemisphere(sampler.next2());
     }
-    if (out.wi.z <= 0.0) return false;
-    const Rgb f = evaluate(wo, out.wi, out.pdf);  // sets the density
-    out.weight = f / out.pdf;
-    out.specular = false;
-    return out.pdf > 0.0;
+    return out.wi.z > 0.0 && weigh(*this, wo, out);
   }
 
  private:

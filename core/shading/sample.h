@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/sampler.h"
+#include "base/vec.h"
 
 namespace tilecast {
 
@@ -11,5 +12,14 @@ struct BsdfSample {
   double pdf = 0.0;   // per solid angle; not used where `specular`
   bool specular = false;
 };
+
+// Gives a sample whose direction is chosen its density and weight, by the lobe's evaluate(); false where the density is 0.
+template <class Lobe>
+bool weigh(const Lobe& lobe, const Vec3& wo, BsdfSample& out) {
+  const Rgb f = lobe.evaluate(wo, out.wi, out.pdf);  // sets the density
+  out.weight = f / out.pdf;
+  out.specular = false;
+  return out.pdf > 0.0;
+}
 
 }  // namespace tilecast
