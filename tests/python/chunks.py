@@ -25,7 +25,7 @@ def normal(generator: np.random.Generator, shape: tuple) -> np.ndarray:
 def chunk_sums(image: Image, chunk: Chunk) -> np.ndarray:
     """What the core gives: the sums of a chunk, even and odd sample indices apart."""
     tile = chunk.tile
-    part = image[chunk.first:chunk.first + chunk.count, tile.y:tile.y + tile.height, tile.x:tile.x + tile.width]
+    part = image[chunk.first:chunk.first + chunk.count, *tile.window]
     sums = np.zeros((2, tile.height, tile.width, 3))
     for index, sample in enumerate(part):  # one after the other, as the core adds
         sums[(chunk.first + index) % 2] += sample

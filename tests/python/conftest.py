@@ -1,9 +1,11 @@
 """Hypothesis for all tests here: no deadline, which a busy machine would miss, and no folder of found
-examples: a test prints how to repeat a failure. And two dispatchers."""
+examples: a test prints how to repeat a failure. And two dispatchers, and a small scene in a file."""
 
+import json
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from documents import diffuse
 from hypothesis import settings
 from works import Manual
 
@@ -11,6 +13,14 @@ from tilecast.render.dispatch import Dispatcher
 
 settings.register_profile("tilecast", deadline=None, database=None, print_blob=True)
 settings.load_profile("tilecast")
+
+
+@pytest.fixture
+def scene(tmp_path):
+    """The file of a small scene: 24 x 16 pixels, 8 samples."""
+    path = tmp_path / "ball.json"
+    path.write_text(json.dumps(diffuse(8, 24, 16)))
+    return path
 
 
 @pytest.fixture

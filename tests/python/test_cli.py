@@ -16,13 +16,6 @@ from documents import diffuse, minimal, quick
 from tilecast import _core
 from tilecast.scene import schema_json
 
-@pytest.fixture
-def scene(tmp_path):
-    path = tmp_path / "ball.json"
-    path.write_text(json.dumps(diffuse(8, 24, 16)))
-    return path
-
-
 def test_renders_a_png_and_an_exr(scene, tmp_path):
     for name in ("out.png", "out.exr"):
         result = run("render", scene, "-o", tmp_path / name)

@@ -96,7 +96,7 @@ def test_light_that_few_have_met_is_not_taken_for_finished():
     sums = [film._tiles[tile.index].sums for tile in plan.tiles]
     halves = np.zeros((2, SIZE, SIZE, 3))
     for tile, tile_sums in zip(plan.tiles, sums):
-        halves[:, tile.y:tile.y + tile.height, tile.x:tile.x + tile.width] = tile_sums / 8
+        halves[:, *tile.window] = tile_sums / 8
     naive = ((halves[0] - halves[1]) ** 2 / 4 / (pixels**2 + 0.01)).mean()
     assert naive < 0.5 * true.mean()
     assert relative.min() > 0.75 * true.mean()

@@ -20,7 +20,7 @@ def test_every_sample_of_every_pixel_is_in_exactly_one_chunk(plan):
         assert chunk.first == ends.get(tile.index, 0)  # the ranges of a tile come in order, without a gap
         ends[tile.index] = chunk.first + chunk.count
         assert (chunk.first, chunk.count) == plan.ranges[chunk.range]
-        part = samples[tile.y:tile.y + tile.height, tile.x:tile.x + tile.width]
+        part = samples[tile.window]
         assert part.shape == (tile.height, tile.width)
         part += chunk.count
     assert (samples == plan.samples).all()

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from commands import run
-from documents import diffuse
 from typer.testing import CliRunner
 
 import tilecast
@@ -15,13 +14,6 @@ from tilecast import _core, cli
 from tilecast.render import output
 
 CORNELL = Path(__file__).resolve().parents[2] / "scenes" / "cornell.json"
-
-
-@pytest.fixture
-def scene(tmp_path):
-    path = tmp_path / "ball.json"
-    path.write_text(json.dumps(diffuse(8, 24, 16)))
-    return path
 
 
 def test_a_scene_alone_gives_its_error_against_time(scene, tmp_path):

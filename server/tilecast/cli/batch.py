@@ -96,7 +96,7 @@ def _beside(image: Path) -> Path:
 def _render(scene: Path, image: Path, settings: list[str], threads: int | None, force: bool, quiet: bool) -> bool:
     """Renders one scene, if it is not done; whether it was rendered."""
     from ..render import output as files
-    from ..render.local import exr_layers, render
+    from ..render.local import encoded, render
     from ..scene import compile, digest, folder_opener
     from ..scene.loading import load_document
     from .progress import progress, report_end
@@ -114,8 +114,7 @@ def _render(scene: Path, image: Path, settings: list[str], threads: int | None, 
     with progress(scene.name, quiet) as report:
         result = render(compiled, threads=threads, on_event=report)
     start = time.perf_counter()
-    layers = exr_layers(compiled, result, threads) if image.suffix == ".exr" else None
-    data = files.encode(image.suffix, result.pixels, {"Software": "tilecast"}, result.stats, layers)
+    data = encoded(image.suffix, compiled, result, threads)
     files.write_file(image, data)
     stats = result.stats
     stats["seconds"]["load"] += loaded

@@ -47,15 +47,13 @@ def render(
         compiled = load(scene, settings=settings)
 
         from ..render import output as files
-        from ..render.local import exr_layers
+        from ..render.local import encoded
         from ..render.local import render as render_image
         from .progress import progress, report_end
         with progress(scene.name, quiet) as report:
             image = render_image(compiled, threads=threads, on_event=report)
         start = time.perf_counter()
-        layers = exr_layers(compiled, image, threads) if output.suffix.lower() == ".exr" else None
-        data = files.encode(output.suffix, image.pixels, {"Software": "tilecast"}, image.stats, layers)
-        files.write_file(output, data)
+        files.write_file(output, encoded(output.suffix, compiled, image, threads))
         if error_map:
             files.write_file(error_map, files.error_png(image.pixels, image.variance))
         image.stats["seconds"]["write"] = time.perf_counter() - start

@@ -12,6 +12,7 @@ Keys:
 """
 
 import hashlib
+import io
 import os
 import secrets
 from collections.abc import AsyncIterator, Iterator, Sequence
@@ -19,6 +20,7 @@ from contextlib import suppress
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
+import numpy as np
 import obstore
 from obstore.store import from_url
 
@@ -59,6 +61,16 @@ class Blobs:
     def get(self, key: str) -> bytes:
         """The bytes under `key`. Raises `FileNotFoundError`."""
         return bytes(obstore.get(self._store, key).bytes())
+
+    def put_array(self, key: str, array: np.ndarray, *, durable: bool = True) -> None:
+        """Store an array as an NPY file: a header, then its numbers row by row. Otherwise as `put`."""
+        out = io.BytesIO()
+        np.save(out, array)
+        self.put(key, out.getvalue(), durable=durable)
+
+    def get_array(self, key: str) -> np.ndarray:
+        """What `put_array` stored. Raises `FileNotFoundError`."""
+        return np.load(io.BytesIO(self.get(key)), allow_pickle=False)
 
     def ranges(self, key: str, starts: Sequence[int], length: int) -> list[bytes]:
         """`length` bytes from each of `starts`. Raises `FileNotFoundError`."""

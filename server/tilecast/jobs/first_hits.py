@@ -1,6 +1,5 @@
 """What the camera of a job sees first, for its EXR: made when somebody asks for that, on the workers, and kept."""
 
-import io
 import threading
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, TimeoutError
@@ -54,7 +53,7 @@ class _Work:
             return
         whole = np.empty((*self._size, self._parts[0][1].shape[2]), np.float32)
         for tile, part in self._parts:
-            whole[tile.y : tile.y + tile.height, tile.x : tile.x + tile.width] = part
+            whole[tile.window] = part
         self.hits.set_result(whole)
 
 
@@ -71,7 +70,7 @@ class FirstHits:
     def get(self, job: Job) -> np.ndarray | None:
         """float32 [height, width, 7]; None where they cannot be had. Raises `NotYet` where that takes long."""
         try:
-            return np.load(io.BytesIO(self._blobs.get(first_hits_key(job.id))), allow_pickle=False)
+            return self._blobs.get_array(first_hits_key(job.id))
         except FileNotFoundError:
             pass
         with self._lock:
@@ -92,6 +91,4 @@ class FirstHits:
         with self._lock:
             self._under_way.pop(job.id, None)
         if hits.exception() is None:
-            out = io.BytesIO()
-            np.save(out, hits.result())
-            self._blobs.put(first_hits_key(job.id), out.getvalue(), durable=False)
+            self._blobs.put_array(first_hits_key(job.id), hits.result(), durable=False)

@@ -1,6 +1,5 @@
 """Pictures of jobs, as they stand: from memory while they render, from their blobs otherwise."""
 
-import io
 import threading
 from collections import OrderedDict
 from collections.abc import Callable
@@ -104,7 +103,7 @@ class Images:
 
     def _pixels(self, job: Job) -> np.ndarray:
         if job.state is State.DONE:
-            return load_pixels(self._blobs.get(pixels_key(job.id)))
+            return self._blobs.get_array(pixels_key(job.id))
         work = self._live(job.id)
         if work is not None and (pixels := work.pixels()) is not None:
             return pixels
@@ -114,7 +113,7 @@ class Images:
         """float32 [height, width, 3]. Raises `NotYet` where an earlier version finished the job, without it."""
         if job.state is State.DONE:
             try:
-                return load_pixels(self._blobs.get(variance_key(job.id)))
+                return self._blobs.get_array(variance_key(job.id))
             except FileNotFoundError:
                 raise NotYet("This job was finished before errors were kept for each pixel.") from None
         work = self._live(job.id)
@@ -127,7 +126,7 @@ class Images:
         counts = np.zeros((job.height, job.width), np.uint32)
         for row in self._store.tiles(job.id):
             tile = job_plan(job).tiles[row.index]
-            counts[tile.y : tile.y + tile.height, tile.x : tile.x + tile.width] = row.samples
+            counts[tile.window] = row.samples
         return counts
 
     def _stored(self, job: Job) -> film.Film:
@@ -173,11 +172,6 @@ def _tile(job: Job, column: int, row: int) -> plan.Tile | None:
     if not (0 <= column < whole.columns and 0 <= row < whole.rows):
         return None
     return whole.tiles[row * whole.columns + column]
-
-
-def load_pixels(data: bytes) -> np.ndarray:
-    """float32 [height, width, 3] from what `JobWork.finalize` stored."""
-    return np.load(io.BytesIO(data), allow_pickle=False)
 
 
 def metadata(job: Job) -> dict[str, str]:

@@ -8,7 +8,6 @@ When a worker dies, everything that it had is lost, and one of it is to blame. E
 (`exclusive`): the one that kills a worker then is guilty beyond doubt, and the others are cleared.
 """
 
-import io
 import threading
 from collections import deque
 from concurrent.futures import BrokenExecutor, Executor, Future
@@ -261,9 +260,7 @@ class JobWork:
             return None
         start = perf_counter()
         for key, image in ((pixels_key(self.key), pixels), (variance_key(self.key), variance)):
-            out = io.BytesIO()
-            np.save(out, image.astype("<f4", copy=False))
-            self._blobs.put(key, out.getvalue())
+            self._blobs.put_array(key, image.astype("<f4", copy=False))
         self._blobs.put(thumbnail_key(self.key), thumbnail(shown(pixels, self._facts)))
         with self._lock:
             return None if self._closed else self._columns(with_statistics=True, write=perf_counter() - start)

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-_FLOOR = 0.01  # added to R^2, so that black pixels count
+FLOOR = 0.01  # added to R^2, so that black pixels count
 _RADIUS = 4  # of the window: 9 x 9 pixels
 _CAUTION = 1.5  # times the noise: what the neighbours must differ by from the window to count as structure
 _APART = 9 / 8  # times the noise: the squared difference of a pixel and the mean of eight neighbours in flat light
@@ -34,7 +34,7 @@ def weight(mean: np.ndarray, variance: np.ndarray) -> np.ndarray:
     own = _gain(mean - local, _APART * own)
     found = local + own * (mean - local)
     left = _without_centre(around, variance) * (1 / 80 + nearer * (1 / 8 - 1 / 80)) * (1 - own) ** 2
-    weights = 1 / (found * found + _FLOOR)
+    weights = 1 / (found * found + FLOOR)
     return weights / (1 + np.maximum(weights * (4 * found * found * weights - 1) * left, 0))
 
 

@@ -37,7 +37,7 @@ from . import denominators, tails
 _SUMS = 4
 PARTIALS = _SUMS + tails.PARTIALS
 _BIAS = 0.03  # of the relative error, as a part of it: of the figures above, root mean square
-_NORMAL_95 = 1.959963984540054
+NORMAL_95 = 1.959963984540054  # standard deviations either side of the mean that hold 95% of normal figures
 
 
 @dataclass(frozen=True)
@@ -117,5 +117,5 @@ def _interval(total: float, total_of_squares: float, pixels: int, bias: float = 
     """The mean of v over the pixels, and its interval; `bias` is a part of the mean."""
     if not total > 0:
         return total, total, total
-    width = _NORMAL_95 * math.hypot(math.sqrt(4 / 3 * total_of_squares) / total, bias)
+    width = NORMAL_95 * math.hypot(math.sqrt(4 / 3 * total_of_squares) / total, bias)
     return total / pixels, total / pixels * math.exp(-width), total / pixels * math.exp(width)

@@ -136,7 +136,7 @@ class Film:
         image = np.zeros((self.plan.height, self.plan.width, 3), np.float32)
         for tile in self.plan.tiles:
             if self._tiles[tile.index].sums is not None:
-                image[tile.y:tile.y + tile.height, tile.x:tile.x + tile.width] = self.tile_pixels(tile)
+                image[tile.window] = self.tile_pixels(tile)
         return image
 
     def variance(self) -> np.ndarray:
@@ -146,15 +146,14 @@ class Film:
         for tile in self.plan.tiles:
             sums = self._tiles[tile.index].sums
             if sums is not None:
-                image[tile.y:tile.y + tile.height, tile.x:tile.x + tile.width] = \
-                    error.variance(sums, self.tile_samples(tile))
+                image[tile.window] = error.variance(sums, self.tile_samples(tile))
         return image
 
     def sample_counts(self) -> np.ndarray:
         """The samples of each pixel as it stands, uint32 [height, width]."""
         counts = np.zeros((self.plan.height, self.plan.width), np.uint32)
         for tile in self.plan.tiles:
-            counts[tile.y:tile.y + tile.height, tile.x:tile.x + tile.width] = self.tile_samples(tile)
+            counts[tile.window] = self.tile_samples(tile)
         return counts
 
     def tile_error(self, tile: Tile) -> float | None:

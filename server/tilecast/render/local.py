@@ -16,6 +16,7 @@ from ..scene.compiler import Compiled
 from ..scene.schema import Stop
 from .dispatch import Dispatcher
 from .layers import FIRST_HIT_SAMPLES, Layers, error_layers, first_hit_layers
+from .output import encode
 from .plan import Chunk, Tile, make_plan
 from .rendering import ChunkResult, Event, Rendering
 
@@ -79,7 +80,7 @@ def first_hits(compiled: Compiled, threads: int | None = None) -> np.ndarray:
     whole = np.empty((scene.height, scene.width, 7), np.float32)
 
     def fill(tile: Tile) -> None:
-        whole[tile.y:tile.y + tile.height, tile.x:tile.x + tile.width] = tile_first_hits(compiled, tile)
+        whole[tile.window] = tile_first_hits(compiled, tile)
 
     with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0)), "first-hits") as pool:
         for _ in pool.map(fill, plan.tiles):
@@ -91,6 +92,12 @@ def exr_layers(compiled: Compiled, image: Image, threads: int | None = None) -> 
     """All that an EXR of this image holds beside it."""
     return error_layers(image.pixels, image.variance, image.sample_counts) \
         | first_hit_layers(first_hits(compiled, threads))
+
+
+def encoded(suffix: str, compiled: Compiled, image: Image, threads: int | None = None) -> bytes:
+    """The file of an image by its suffix (".png", ".exr"); an EXR has its layers."""
+    layers = exr_layers(compiled, image, threads) if suffix.lower() == ".exr" else None
+    return encode(suffix, image.pixels, {"Software": "tilecast"}, image.stats, layers)
 
 
 def tile_first_hits(compiled: Compiled, tile: Tile) -> np.ndarray:

@@ -25,6 +25,11 @@ class Tile:
     width: int
     height: int
 
+    @property
+    def window(self) -> tuple[slice, slice]:
+        """Its rows and columns: image[tile.window] is the tile's part of an image [height, width, ...]."""
+        return slice(self.y, self.y + self.height), slice(self.x, self.x + self.width)
+
 
 @dataclass(frozen=True)
 class Chunk:

@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-_NORMAL_95 = 1.959963984540054
+from ..render.error import NORMAL_95
+
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,7 @@ def _about(mean: float, width: float) -> Band:
 
 def share(found: int, of: int) -> Band:
     """A probability from how often it came true, with Wilson's interval (1927)."""
-    z, mean = _NORMAL_95**2 / of, found / of
+    z, mean = NORMAL_95**2 / of, found / of
     middle, width = mean + z / 2, math.sqrt(z * (mean * (1 - mean) + z / 4))
     return Band(mean, max((middle - width) / (1 + z), 0.0), min((middle + width) / (1 + z), 1.0))
 

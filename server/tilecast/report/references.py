@@ -23,9 +23,9 @@ from pathlib import Path
 import numpy as np
 
 from .. import _core
+from ..render.denominators import FLOOR
 from ..scene.errors import SceneError
 
-_FLOOR = 0.01  # added to R^2, as in render.error
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class References:
     def __init__(self, images: Sequence[np.ndarray]):
         self.first, self.second = (np.asarray(image, np.float64) for image in (images[0], images[-1]))
         self.independent = len(images) == 2
-        self.weight = 1 / (((self.first + self.second) / 2) ** 2 + _FLOOR)
+        self.weight = 1 / (((self.first + self.second) / 2) ** 2 + FLOOR)
 
     @property
     def shape(self) -> tuple[int, ...]:
