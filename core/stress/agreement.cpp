@@ -5,18 +5,22 @@
 namespace tilecast::stress {
 namespace {
 
-bool tie_differs(std::mt19937_64& random, uint64_t i) {
-  static const std::vector<std::shared_ptr<const Scene>> scenes = for_each_kind([](std::string_view kind) {
+const Scenes& tied_scenes() {
+  static const Scenes all = for_each_kind([](std::string_view kind) {
     return crowd({.seed = 5, .cells = 1, .levels = 0, .copies = 2, .groups = 3}, kind);
   });
+  return all;
+}
+
+Ray tied_ray(Random& random, uint64_t i) {
   Ray ray = random_ray(random, i % 2 ? 0.5 : 8.0);
   if (i % 7 == 0) ray.direction[i % 3] = 0.0;
-  return !same_hits(*scenes[0], *scenes[1 + i % (scenes.size() - 1)], ray);
+  return ray;
 }
 
 // A mesh and blocks whose corners lie on a lattice of eighths.
-std::shared_ptr<const Scene> lattice(std::string_view kind) {
-  std::mt19937_64 random(6);
+std::shared_ptr<const Scene> on_lattice(std::string_view kind) {
+  Random random(6);
   SceneBuilder builder;
   uint32_t cube = builder.add_mesh(gridded_cube(2).build(), kind), block = builder.add_solid(Block{Vec3(0.0), Vec3(0.25)});
   std::vector<InstanceSource> instances{{cube, Affine{}}};
@@ -26,7 +30,7 @@ std::shared_ptr<const Scene> lattice(std::string_view kind) {
 }
 
 // From a point of the lattice to another, past corners and along edges of cells.
-Ray lattice_ray(std::mt19937_64& random, uint64_t i) {
+Ray lattice_ray(Random& random, uint64_t i) {
   auto point = [&] {
     Vec3 p;
     for (int k = 0; k < 3; ++k) p[k] = 0.125 * (static_cast<int>(random() % 25) - 12);
@@ -43,9 +47,9 @@ Ray lattice_ray(std::mt19937_64& random, uint64_t i) {
   return ray;
 }
 
-bool lattice_ray_differs(std::mt19937_64& random, uint64_t i) {
-  static const std::vector<std::shared_ptr<const Scene>> scenes = for_each_kind(lattice);
-  return !same_hits(*scenes[0], *scenes[1 + i / 12 % (scenes.size() - 1)], lattice_ray(random, i));
+const Scenes& lattice_scenes() {
+  static const Scenes all = for_each_kind(on_lattice);
+  return all;
 }
 
 // A uniform grid whose planes lie on the lattice, or nearly: cubes of a quarter that fill [-1, 1]^3.
@@ -60,7 +64,7 @@ Grid lattice_grid() {
 }
 
 // Of a line through it, the cells that it enters over the most that a walk in integers may take, nx + ny + nz + 3.
-double steps_taken(std::mt19937_64& random, uint64_t i) {
+double steps_taken(Random& random, uint64_t i) {
   static const Grid grid = lattice_grid();
   FrameRay line;
   if (!enter_frame(Frame{}, lattice_ray(random, i), line)) return 0.0;
@@ -74,9 +78,9 @@ double steps_taken(std::mt19937_64& random, uint64_t i) {
 
 void add_agreement(std::vector<Case>& out) {
   out.push_back({"ties", 5, "rays that differ from brute force", 0, Combine::Sum, 1'000'000, 1'000'000'000,
-                 sum_of(tie_differs)});
+                 against_brute_force(tied_scenes, tied_ray)});
   out.push_back({"lattice", 6, "rays that differ from brute force", 0, Combine::Sum, 1'000'000, 100'000'000,
-                 sum_of(lattice_ray_differs)});
+                 against_brute_force(lattice_scenes, lattice_ray)});
   out.push_back({"grid-steps", 6, "cells entered on the lattice, in nx + ny + nz + 3", 1, Combine::Max, 1'000'000, 100'000'000,
                  worst_of(steps_taken)});
 }

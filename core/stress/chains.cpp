@@ -71,7 +71,7 @@ std::shared_ptr<const Scene> shells() {
   return builder.build(nest, {});
 }
 
-bool shell_is_wrong(std::mt19937_64& random, uint64_t) {
+bool shell_is_wrong(Random& random, uint64_t) {
   static const std::shared_ptr<const Scene> scene = shells();
   double offset = std::uniform_real_distribution<double>(0, 1)(random);
   thread_local std::vector<Crossing> list;

@@ -31,7 +31,7 @@ Affine quarter_turn(int axis) {
 
 const std::vector<Arrangement>& arrangements() {
   static const std::vector<Arrangement> all = [] {
-    std::mt19937_64 random(18);
+    Random random(18);
     struct Placement {
       Vec3 centre;
       double half;
@@ -99,7 +99,7 @@ struct Passage {
   }
 };
 
-bool speckles(std::mt19937_64& random, uint64_t i) {
+bool speckles(Random& random, uint64_t i) {
   const Arrangement& a = arrangements()[i % arrangements().size()];
   std::uniform_real_distribution<double> unit(-1, 1);
   Vec3 through{1.5 * unit(random), 1.5 * unit(random), 1.5 * unit(random)}, direction = random_direction(random);

@@ -29,7 +29,7 @@ struct Incidence {
 };
 
 // Ratios of indices from 1e-3 to 1e3, many within 1e-12 of 1; angles of all kinds, many grazing or near the critical.
-Incidence random_incidence(std::mt19937_64& random) {
+Incidence random_incidence(Random& random) {
   std::uniform_real_distribution<double> unit(0, 1), exponent(-3, 3), small(-12, 0);
   Incidence out;
   switch (random() % 4) {
@@ -55,7 +55,7 @@ double relative(Quad got, Quad exact) {
   return exact == 0 ? (got == 0 ? 0.0 : kInfinity) : static_cast<double>(magnitude(got - exact) / magnitude(exact));
 }
 
-double fresnel_error(std::mt19937_64& random, uint64_t) {
+double fresnel_error(Random& random, uint64_t) {
   auto [cosine, eta] = random_incidence(random);
   Fresnel got = fresnel_dielectric(cosine, eta);
   QuadFresnel exact = fresnel_in_quad(cosine, eta);
@@ -63,21 +63,21 @@ double fresnel_error(std::mt19937_64& random, uint64_t) {
          (16 * kUnitRoundoff);
 }
 
-double wrong_decision(std::mt19937_64& random, uint64_t) {
+double wrong_decision(Random& random, uint64_t) {
   auto [cosine, eta] = random_incidence(random);
   Fresnel got = fresnel_dielectric(cosine, eta);
   bool total = fresnel_in_quad(cosine, eta).total;
   return got.total != total || got.total != (got.cos_transmitted == 0.0) || (total && got.reflectance != 1.0);
 }
 
-double energy_error(std::mt19937_64& random, uint64_t) {
+double energy_error(Random& random, uint64_t) {
   auto [cosine, eta] = random_incidence(random);
   Quad sum = fresnel_dielectric(cosine, eta).reflectance + fresnel_in_quad(cosine, eta).transmittance;
   return static_cast<double>(magnitude(sum - 1)) / (4 * kUnitRoundoff);
 }
 
 // From the other side as much is reflected, but for what the rounding of the two arguments there is worth.
-double reciprocity_error(std::mt19937_64& random, uint64_t) {
+double reciprocity_error(Random& random, uint64_t) {
   auto [cosine, eta] = random_incidence(random);
   Fresnel here = fresnel_dielectric(cosine, eta);
   if (here.total) return 0.0;
@@ -110,7 +110,7 @@ const std::vector<std::array<int, 2 * kMedia>>& arrangements() {
   return all;
 }
 
-double wrong_media(std::mt19937_64& random, uint64_t i) {
+double wrong_media(Random& random, uint64_t i) {
   const auto& ends = arrangements()[i % arrangements().size()];
   std::array<int, kMedia> priorities{0, 1, 2, 3};
   for (uint64_t k = i / arrangements().size() % 24; k > 0; --k) std::next_permutation(priorities.begin(), priorities.end());

@@ -8,22 +8,15 @@
 namespace tilecast::stress {
 namespace {
 
-using Scenes = std::vector<std::shared_ptr<const Scene>>;  // one of each kind
-
 // Ray number i of a scene.
-using Aim = Ray (*)(std::mt19937_64& random, uint64_t i);
+using Aim = Ray (*)(Random& random, uint64_t i);
 
-Case against_brute_force(const char* name, uint64_t cases, const Scenes& (*scenes)(), Aim aim) {
+Case extreme(const char* name, uint64_t cases, const Scenes& (*scenes)(), Aim aim) {
   Case out{name, 0, "rays that differ from brute force", 0, Combine::Sum, cases, 100 * cases,
-           [scenes, aim](uint64_t first, uint64_t count) {
-             const Scenes& all = scenes();
-             return sum_over(first, count, [&](auto& random, uint64_t i) {
-               return !same_hits(*all[0], *all[1 + i % (all.size() - 1)], aim(random, i));
-             });
-           }, 64};
+           against_brute_force(scenes, aim), 64};
   out.costs = [scenes, aim] {
     const Scene& scene = *scenes()[1];
-    std::mt19937_64 random(0);
+    Random random(0);
     uint64_t rays = 0;
     double seconds = 0.0;
     for (auto start = std::chrono::steady_clock::now(); seconds < 0.1;
@@ -63,7 +56,7 @@ const Scenes& stadium() {
   static const Scenes all = scenes_of(stadium_mesh());
   return all;
 }
-Ray at_stadium(std::mt19937_64& random, uint64_t i) {
+Ray at_stadium(Random& random, uint64_t i) {
   Vec3 ball{3e5, 1.0, -2e5}, target = ball + std::uniform_real_distribution<double>(0, 1.5)(random) * random_direction(random);
   Vec3 from = (i & 1 ? 4.0 : 1e5) * random_direction(random);
   from.y = std::fabs(from.y);
@@ -79,7 +72,7 @@ constexpr uint32_t kNeedles = 100'000;
 #endif
 
 MeshSource needle_mesh(uint32_t count) {
-  std::mt19937_64 random(100);
+  Random random(100);
   std::uniform_real_distribution<double> unit(-1, 1);
   MeshSource out;
   for (uint32_t i = 0; i < count; ++i) {
@@ -93,7 +86,7 @@ const Scenes& needles() {
   static const Scenes all = scenes_of(needle_mesh(kNeedles));
   return all;
 }
-Ray at_needles(std::mt19937_64& random, uint64_t) { return random_ray(random, 3.0); }
+Ray at_needles(Random& random, uint64_t) { return random_ray(random, 3.0); }
 
 // --- One primitive, no primitive
 
@@ -108,7 +101,7 @@ const Scenes& empty() {
   });
   return all;
 }
-Ray anywhere(std::mt19937_64& random, uint64_t) { return random_ray(random, 1.5); }
+Ray anywhere(Random& random, uint64_t) { return random_ray(random, 1.5); }
 
 // --- A closed mesh 1e6 and 2^40 from the world's origin, turned: no ray from inside leaves it, and t is that of the same
 // scene about the origin, up to what positions there can tell apart.
@@ -138,7 +131,7 @@ const std::vector<Faraway>& faraway() {
   return all;
 }
 
-bool faraway_is_wrong(std::mt19937_64& random, uint64_t i) {
+bool faraway_is_wrong(Random& random, uint64_t i) {
   const Faraway& pair = faraway()[i % faraway().size()];
   Vec3 inside = pair.offset + 0.8 * random_direction(random);
   Vec3 rounded = inside - pair.offset;  // exact
@@ -150,7 +143,7 @@ bool faraway_is_wrong(std::mt19937_64& random, uint64_t i) {
 
 // --- Vertices that are not finite, too large, too small.
 
-bool odd_mesh_is_wrong(std::mt19937_64& random, uint64_t i) {
+bool odd_mesh_is_wrong(Random& random, uint64_t i) {
   static const double overflow = std::strtod("1e999", nullptr);
   const double oddities[] = {std::nan(""), kInfinity, -kInfinity, overflow, 1e308, -1e101,
                              1e-320, -1e-320, 0.0, -0.0, 1e-300, 1e99};
@@ -162,7 +155,7 @@ bool odd_mesh_is_wrong(std::mt19937_64& random, uint64_t i) {
   }
   bool fit = std::all_of(source.vertices.begin(), source.vertices.end(),
                          [](const Vec3& v) { return is_finite(v) && max_abs(v) <= 1e100; });
-  std::vector<std::shared_ptr<const Scene>> scenes;
+  Scenes scenes;
   try {
     scenes = scenes_of(source);
   } catch (const Error& error) {
@@ -171,17 +164,20 @@ bool odd_mesh_is_wrong(std::mt19937_64& random, uint64_t i) {
   if (!fit) return true;
   for (int k = 0; k < 4; ++k) {
     Ray ray = random_ray(random, 2.0);
-    Hit hit = closest(*scenes[0], ray);
-    if (std::isnan(hit.t) || std::isnan(hit.u)) return true;
-    for (const auto& scene : scenes)
-      if (!same_hits(*scenes[0], *scene, ray)) return true;
+    Answers expected, found;
+    expected.ask(*scenes[0], ray);
+    if (std::isnan(expected.hit.t) || std::isnan(expected.hit.u) || !expected.consistent()) return true;
+    for (size_t other = 1; other < scenes.size(); ++other) {
+      found.ask(*scenes[other], ray);
+      if (!(found == expected)) return true;
+    }
   }
   return false;
 }
 
 // --- Rays at 89.9999 degrees from a floor's normal meet it where the plane is.
 
-double grazing_error(std::mt19937_64& random, uint64_t) {
+double grazing_error(Random& random, uint64_t) {
   static const std::shared_ptr<const Scene> scene = [] {
     SceneBuilder builder;
     uint32_t slab = builder.add_mesh(gridded_cube(16).build(), "auto");
@@ -202,10 +198,10 @@ double grazing_error(std::mt19937_64& random, uint64_t) {
 }  // namespace
 
 void add_extreme_geometry(std::vector<Case>& out) {
-  out.push_back(against_brute_force("stadium", 20'000, stadium, at_stadium));
-  out.push_back(against_brute_force("needles", 200, needles, at_needles));
-  out.push_back(against_brute_force("one-primitive", 300'000, one_primitive, anywhere));
-  out.push_back(against_brute_force("empty", 300'000, empty, anywhere));
+  out.push_back(extreme("stadium", 20'000, stadium, at_stadium));
+  out.push_back(extreme("needles", 200, needles, at_needles));
+  out.push_back(extreme("one-primitive", 300'000, one_primitive, anywhere));
+  out.push_back(extreme("empty", 300'000, empty, anywhere));
   out.push_back({"world-offset", 0, "leaks, and hits unlike those about the origin", 0, Combine::Sum, 500'000, 100'000'000,
                  sum_of(faraway_is_wrong)});
   out.push_back({"odd-vertices", 0, "built or refused wrongly", 0, Combine::Sum, 4'000, 10'000'000,

@@ -1,4 +1,6 @@
 // Extreme scenes whose hazard is light. A sample that is not finite makes render_chunk throw, and the case with it.
+#include <array>
+
 #include "render/chunk.h"
 #include "stress/scenes.h"
 #include "stress/stress.h"
@@ -17,7 +19,7 @@ Rgb sample(const Scene& scene, const Ray& ray, const Media& media, uint64_t i, R
 
 // --- Two mirrors that are parallel but for 1e-6 rad, and a ray between them: 10,000 segments, none gets out.
 
-double escapes_from_mirrors(std::mt19937_64& random, uint64_t i) {
+double escapes_from_mirrors(Random& random, uint64_t i) {
   static constexpr int kDepth = 10'000;
   static const std::shared_ptr<const Scene> scene = [] {
     SceneBuilder builder;
@@ -40,7 +42,7 @@ double escapes_from_mirrors(std::mt19937_64& random, uint64_t i) {
 // --- A furnace: a glass ball in uniform light is as bright as the light, whatever its index of refraction. Errors of a
 // sample are those of its weights, which grow with its segments.
 
-double furnace_error(std::mt19937_64& random, uint64_t i) {
+double furnace_error(Random& random, uint64_t i) {
   static constexpr double kRatios[] = {1.0 + 1e-6, 1.0 - 1e-6, 1e-3, 1e3, 1.5};
   static constexpr int kDepth = 20'000;  // at an index of 1,000 all but 0.4% is reflected, at each segment
   static const std::vector<std::shared_ptr<const Scene>> scenes = [] {
@@ -65,6 +67,87 @@ double furnace_error(std::mt19937_64& random, uint64_t i) {
   ray.direction = glm::normalize(ray.direction);
   double value = sample(scene, ray, Media(), i, counts).x;
   return std::fabs(value - 1.0) / (8 * kUnitRoundoff * (counts.bounce + 1));
+}
+
+// --- The caustic below a glass ball of radius 1 under a disk of light: paths that start on a plane there, and find the
+// light through the ball alone, against light that is traced the other way, from the disk through the ball to the plane.
+
+constexpr double kIndex = 1.5, kDisk = 0.3, kAbove = 4.0, kBelow = 2.0, kRing = 0.05;
+constexpr int kRings = 8;  // about the axis, kRing wide; the disk is hidden from them all by the ball
+
+// A direction, uniform in the cone that the ball fills as seen from a point, and the cone's solid angle.
+Vec3 towards_ball(const Vec3& from, double u, double v, double& solid_angle) {
+  const double distance2 = glm::dot(from, from), widest = std::sqrt(1.0 - 1.0 / distance2);
+  const double c = 1.0 - u * (1.0 - widest), s = std::sqrt(1.0 - c * c), turn = 2.0 * kPi * v;
+  const Vec3 ahead = -from / std::sqrt(distance2), aside = glm::normalize(glm::cross(ahead, Vec3(0, 0, 1)));
+  solid_angle = 2.0 * kPi * (1.0 - widest);
+  return c * ahead + s * (std::cos(turn) * aside + std::sin(turn) * glm::cross(aside, ahead));
+}
+
+// Irradiance of the rings; the disk's radiance is 1. Every order of internal reflection that matters is followed.
+std::array<double, kRings> irradiance_from_disk() {
+  constexpr int kPoints = 1 << 21, kOrders = 12;
+  std::array<double, kRings> power{};
+  for (int i = 0; i < kPoints; ++i) {
+    double u[3];  // Roberts' additive sequence in three dimensions
+    for (int k = 0; k < 3; ++k) u[k] = std::fmod(0.5 + (i + 1) * std::pow(1.2207440846057596, -1.0 - k), 1.0);
+    const Vec3 from(kDisk * std::sqrt(u[0]), kAbove, 0.0);
+    double solid_angle;
+    Vec3 way = towards_ball(from, u[1], u[2], solid_angle);
+    const double weight = -way.y * solid_angle * kPi * kDisk * kDisk / kPoints;
+    auto land = [&](const Vec3& start, const Vec3& along, double part) {
+      if (along.y >= 0.0) return;
+      const Vec3 at = start + (-kBelow - start.y) / along.y * along;
+      const double ring = std::hypot(at.x, at.z) / kRing;
+      if (ring < kRings) power[static_cast<int>(ring)] += weight * part;
+    };
+    const double b = glm::dot(from, way);
+    Vec3 at = from + (-b - std::sqrt(std::max(0.0, b * b - glm::dot(from, from) + 1.0))) * way;
+    const double cos_out = -glm::dot(at, way), cos_in = std::sqrt(1.0 - (1.0 - cos_out * cos_out) / (kIndex * kIndex));
+    const double across = (cos_out - kIndex * cos_in) / (cos_out + kIndex * cos_in);
+    const double along = (kIndex * cos_out - cos_in) / (kIndex * cos_out + cos_in);
+    const double reflected = 0.5 * (across * across + along * along);  // the same at every meeting with the sphere
+    land(at, way + 2.0 * cos_out * at, reflected);
+    way = way / kIndex + (cos_out / kIndex - cos_in) * at;
+    double part = 1.0 - reflected;
+    for (int order = 0; order < kOrders; ++order, part *= reflected) {
+      at += 2.0 * cos_in * way;  // a chord
+      land(at, kIndex * way - (kIndex * cos_in - cos_out) * at, part * (1.0 - reflected));
+      way -= 2.0 * cos_in * at;
+    }
+  }
+  for (int ring = 0; ring < kRings; ++ring) power[ring] /= kPi * kRing * kRing * (2 * ring + 1);
+  return power;
+}
+
+// How many standard errors the mean of 4,096 paths lies off.
+double caustic_error(Random& random, uint64_t i) {
+  constexpr int kPaths = 4096;
+  static const std::array<double, kRings> exact = irradiance_from_disk();
+  static const std::shared_ptr<const Scene> scene = [] {
+    SceneBuilder builder;
+    int glass = builder.add_material({.kind = MaterialKind::Dielectric, .ior = kIndex});
+    int lamp = builder.add_material({.reflectance = Rgb(0.0), .emission = Rgb(1.0)});
+    uint32_t ball = builder.add_solid(Sphere{1.0}), disk = builder.add_flat(Disk{kDisk});
+    SceneBuilder::Options options;
+    options.max_depth = 32;
+    return scene_of(builder, {{ball, Affine{}, glass}, {disk, translate(Vec3(0, kAbove, 0)) * rotate(kPi, Vec3(1, 0, 0)), lamp}},
+                    "auto", options);
+  }();
+  const int ring = static_cast<int>(i % kRings);
+  double sum = 0.0, squares = 0.0;
+  for (int k = 0; k < kPaths; ++k) {
+    const double r = kRing * std::sqrt(ring * ring + uniform(random, 0, 1) * (2 * ring + 1)), angle = uniform(random, 0, 2 * kPi);
+    const Vec3 from(r * std::cos(angle), -kBelow, r * std::sin(angle));
+    double solid_angle;
+    const Vec3 way = towards_ball(from, uniform(random, 0, 1), uniform(random, 0, 1), solid_angle);
+    RayCounts counts;
+    const double value = way.y * solid_angle * sample(*scene, {from, way}, Media(), i * kPaths + k, counts).x;
+    sum += value;
+    squares += value * value;
+  }
+  const double mean = sum / kPaths;
+  return std::fabs(mean - exact[ring]) / std::sqrt((squares / kPaths - mean * mean) / (kPaths - 1));
 }
 
 // --- Lights that are hard to sample: of no area, and tiny but bright. Samples are finite and not negative.
@@ -108,6 +191,8 @@ void add_extreme_light(std::vector<Case>& out) {
                  sum_of(escapes_from_mirrors), 32});
   out.push_back({"glass-furnace", 0, "error of a sample, in 8 u for each segment", 1, Combine::Max, 20'000, 10'000'000,
                  worst_of(furnace_error), 256});
+  out.push_back({"caustic", 0, "irradiance below a glass ball off that of light traced forwards, in standard errors", 6,
+                 Combine::Max, 64, 100'000, worst_of(caustic_error), 4});
   out.push_back({"light-without-area", 0, "values that are not black", 0, Combine::Sum, 8, 20'000,
                  sum_of([](auto&, uint64_t i) { return wrong_values(i, Lamp::Flat); }), 1});
   out.push_back({"tiny-bright-light", 0, "values that are not finite or negative, or no light at all", 0, Combine::Sum, 8, 20'000,

@@ -75,7 +75,7 @@ struct Nest {
 
 const std::vector<Nest>& nests() {
   static const std::vector<Nest> all = [] {
-    std::mt19937_64 random(22);
+    Random random(22);
     std::uniform_real_distribution<double> unit(-1, 1);
     std::vector<Nest> out;
     for (int i = 0; i < 64; ++i) {
@@ -106,7 +106,7 @@ const std::vector<Nest>& nests() {
 
 // How far the hit is from where the exact ray meets the exact ellipsoid, over |o| + |t d|, which are added to reach it, in
 // units of 16 u times the condition number; infinity where it is missed.
-double nested_error(std::mt19937_64& random, uint64_t i) {
+double nested_error(Random& random, uint64_t i) {
   const Nest& nest = nests()[i % nests().size()];
   std::uniform_real_distribution<double> unit(0, 1);
   Vec3 target = nest.to_world.point(0.5 * unit(random) * random_direction(random));
@@ -138,7 +138,7 @@ double nested_error(std::mt19937_64& random, uint64_t i) {
 // --- Gate 23
 
 // A map of rank 0, 1 or 2, up to rounding, or one that is not finite.
-Affine singular(std::mt19937_64& random, uint64_t i) {
+Affine singular(Random& random, uint64_t i) {
   std::uniform_real_distribution<double> unit(-1, 1);
   double size = std::ldexp(1.0, static_cast<int>(random() % 401) - 200);
   Affine flat = scale(Vec3(size));
@@ -167,7 +167,7 @@ Affine singular(std::mt19937_64& random, uint64_t i) {
   return flat;
 }
 
-bool refusal_is_missing(std::mt19937_64& random, uint64_t i) {
+bool refusal_is_missing(Random& random, uint64_t i) {
   SceneBuilder builder;
   uint32_t sphere = builder.add_solid(Sphere{1.0});
   size_t place = random() % 3;
@@ -210,7 +210,7 @@ const std::vector<Mirrored>& mirrored() {
 }
 
 // Both are the same float mesh up to a power of two an axis; t and normal may differ by rounding alone.
-bool mirror_shows(std::mt19937_64& random, uint64_t i) {
+bool mirror_shows(Random& random, uint64_t i) {
   const Mirrored& pair = mirrored()[i % mirrored().size()];
   Ray ray = random_ray(random, i & 1 ? 5.0 : 0.3);
   Hit a = closest(*pair.instanced, ray), b = closest(*pair.beforehand, ray);

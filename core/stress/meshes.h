@@ -2,10 +2,10 @@
 #pragma once
 
 #include <map>
-#include <random>
 #include <vector>
 
 #include "geometry/mesh.h"
+#include "stress/random.h"
 
 namespace tilecast::stress {
 
@@ -107,7 +107,7 @@ inline MeshSource with_collinear_faces(const MeshSource& source) {
 }
 
 // Uniform over the unit sphere: of a cube's points those within the ball.
-inline Vec3 random_direction(std::mt19937_64& random) {
+inline Vec3 random_direction(Random& random) {
   std::uniform_real_distribution<double> unit(-1, 1);
   for (;;) {
     Vec3 v{unit(random), unit(random), unit(random)};
@@ -117,7 +117,7 @@ inline Vec3 random_direction(std::mt19937_64& random) {
 }
 
 // A point of the mesh where tracers leak: a vertex, or a point on an edge.
-inline Vec3 vertex_or_edge_point(const Mesh& mesh, std::mt19937_64& random) {
+inline Vec3 vertex_or_edge_point(const Mesh& mesh, Random& random) {
   const glm::uvec3& f = mesh.faces[random() % mesh.faces.size()];
   int k = random() % 3;
   Vec3 a = mesh.frame.from_frame(Vec3(mesh.vertices[f[k]])), b = mesh.frame.from_frame(Vec3(mesh.vertices[f[(k + 1) % 3]]));

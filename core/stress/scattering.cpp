@@ -72,7 +72,7 @@ Vec3 direction(double cosine, double turn) {
 }
 
 // Every second one anywhere; the others from straight above to 89.9999 degrees.
-Vec3 random_viewer(std::mt19937_64& random, uint64_t i) {
+Vec3 random_viewer(Random& random, uint64_t i) {
   static constexpr double kCosines[]{1.0, 0.9, 0.5, 0.1, 0.01, 1.7453292519943e-6};
   double turn = random() * 0x1p-64, any = 1.0 - random() * 0x1p-64;
   return direction(i & 1 ? any : kCosines[i / 2 % std::size(kCosines)], turn);
@@ -122,7 +122,7 @@ constexpr int kBands = 12, kTurns = 16;  // of the histogram; bands on each side
 constexpr int kSamples = 1 << 16;
 
 // -log10 of the probability that the samples are from the density.
-double density_error(std::mt19937_64& random, uint64_t i) {
+double density_error(Random& random, uint64_t i) {
   const Specimen& specimen = specimens()[i % specimens().size()];
   const Vec3 wo = random_viewer(random, i / specimens().size());
   const Bsdf bsdf = specimen.bsdf();
@@ -169,7 +169,7 @@ double weight(const Specimen& specimen, const Vec3& wi, const Rgb& f) {
   return f.x * (wi.z < 0.0 ? specimen.boundary.eta * specimen.boundary.eta : 1.0);
 }
 
-double lost_by_samples(std::mt19937_64& random, uint64_t i) {
+double lost_by_samples(Random& random, uint64_t i) {
   const Specimen& specimen = specimens()[i % specimens().size()];
   const Vec3 wo = random_viewer(random, i / specimens().size());
   if (!specimen.white) return 0.0;
@@ -185,7 +185,7 @@ double lost_by_samples(std::mt19937_64& random, uint64_t i) {
   return std::fabs(mean - 1.0) / (1e-4 + 5.6 * error);  // 5.6: once in 5e7 cases by chance
 }
 
-double lost_in_all(std::mt19937_64& random, uint64_t i) {
+double lost_in_all(Random& random, uint64_t i) {
   const Specimen& specimen = specimens()[i % specimens().size()];
   const Vec3 wo = random_viewer(random, i / specimens().size());
   const Bsdf bsdf = specimen.bsdf();
@@ -207,7 +207,7 @@ double lost_in_all(std::mt19937_64& random, uint64_t i) {
 
 // --- Reciprocity
 
-double between_ways(std::mt19937_64& random, uint64_t i) {
+double between_ways(Random& random, uint64_t i) {
   const Specimen& there = specimens()[i % specimens().size()];
   const Vec3 a = random_viewer(random, i / specimens().size());
   Vec3 b = direction(1.0 - random() * 0x1p-64, random() * 0x1p-64);

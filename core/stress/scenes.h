@@ -1,7 +1,6 @@
 // Short ways to put scenes together.
 #pragma once
 
-#include <random>
 
 #include "stress/meshes.h"
 #include "scene/builder.h"
@@ -9,27 +8,62 @@
 
 namespace tilecast::stress {
 
-// make(kind) for every accelerator, brute force first.
+// All that a scene can be asked about a ray: the closest hit, whether something lies at t <= 1, the line's crossings.
+struct Answers {
+  Hit hit;
+  bool blocked = false;
+  std::vector<Crossing> crossings;
+
+  void ask(const Scene& scene, const Ray& ray) {
+    Ray bounded = ray;
+    bounded.t_max = 1.0;
+    hit = closest(scene, ray);
+    blocked = occluded(scene, bounded);
+    tilecast::crossings(scene, ray, crossings);
+  }
+  bool consistent() const { return blocked == (hit.t <= 1.0); }
+  // Bit for bit.
+  bool operator==(const Answers& other) const {
+    auto same = [](const Hit& x, const Hit& y) {
+      return x.t == y.t && x.primitive == y.primitive && x.u == y.u && x.v == y.v && x.entering == y.entering;
+    };
+    return same(hit, other.hit) && blocked == other.blocked &&
+           std::equal(crossings.begin(), crossings.end(), other.crossings.begin(), other.crossings.end(), same);
+  }
+};
+
+// Scenes alike but for their accelerators, brute force first.
+using Scenes = std::vector<std::shared_ptr<const Scene>>;
 template <class Make>
-std::vector<std::shared_ptr<const Scene>> for_each_kind(Make&& make) {
-  std::vector<std::shared_ptr<const Scene>> out;
+Scenes for_each_kind(Make&& make) {
+  Scenes out;
   for (const std::string& kind : accelerator_kinds()) out.push_back(make(kind));
   return out;
 }
 
-// Whether two scenes give the same closest hit, occlusion and crossings, bit for bit.
-inline bool same_hits(const Scene& a, const Scene& b, const Ray& ray) {
-  auto same = [](const Hit& x, const Hit& y) {
-    return x.t == y.t && x.primitive == y.primitive && x.u == y.u && x.v == y.v && x.entering == y.entering;
-  };
-  Hit hit = closest(a, ray);
-  Ray bounded = ray;
-  bounded.t_max = 1.0;
-  thread_local std::vector<Crossing> of_a, of_b;
-  crossings(a, ray, of_a);
-  crossings(b, ray, of_b);
-  return same(hit, closest(b, ray)) && occluded(a, bounded) == occluded(b, bounded) &&
-         (hit.t <= 1.0) == occluded(b, bounded) && std::equal(of_a.begin(), of_a.end(), of_b.begin(), of_b.end(), same);
+// Of cases that are a ray and an accelerator each, those whose answers are not those of brute force. Brute force is asked
+// once for each ray, aim(random, its number).
+template <class Aim>
+double unlike_brute_force(const Scenes& scenes, uint64_t first, uint64_t count, Aim&& aim) {
+  const uint64_t others = scenes.size() - 1;
+  thread_local Answers expected, found;
+  Random random(first);
+  Ray ray;
+  double wrong = 0.0;
+  for (uint64_t i = first; i < first + count; ++i) {
+    if (i == first || i % others == 0) {
+      ray = aim(random, i / others);
+      expected.ask(*scenes[0], ray);
+    }
+    found.ask(*scenes[1 + i % others], ray);
+    wrong += !(expected.consistent() && found == expected);
+  }
+  return wrong;
+}
+// The same, as a case's `run`; scenes(): made at the first call.
+template <class Aim>
+auto against_brute_force(const Scenes& (*scenes)(), Aim aim) {
+  return [=](uint64_t first, uint64_t count) { return unlike_brute_force(scenes(), first, count, aim); };
 }
 
 inline Affine translate(const Vec3& t) { return {glm::dmat3(1.0), t}; }
@@ -48,7 +82,7 @@ inline Affine rotate(double angle, const Vec3& axis) {
   }
   return out;
 }
-inline Affine random_affine(std::mt19937_64& random) {
+inline Affine random_affine(Random& random) {
   std::uniform_real_distribution<double> unit(-1, 1), size(0.3, 1.5);
   Vec3 s{size(random), size(random), size(random)};
   if (random() & 1) s.x = -s.x;
@@ -67,7 +101,7 @@ struct Crowd {
   int copies, groups;  // of each object in a group; of the group
 };
 inline std::shared_ptr<const Scene> crowd(const Crowd& size, const AcceleratorChoice& accelerator) {
-  std::mt19937_64 random(size.seed);
+  Random random(size.seed);
   SceneBuilder builder;
   uint32_t sphere = builder.add_solid(Sphere{0.4}), block = builder.add_solid(Block{Vec3(-0.3), Vec3(0.3)});
   uint32_t cylinder = builder.add_solid(Cylinder{0.2, 0.8}), rectangle = builder.add_rectangle(1.0, 0.7);
@@ -88,7 +122,7 @@ inline std::shared_ptr<const Scene> crowd(const Crowd& size, const AcceleratorCh
   return scene_of(builder, top, accelerator);
 }
 
-inline Ray random_ray(std::mt19937_64& random, double radius) {
+inline Ray random_ray(Random& random, double radius) {
   Vec3 origin = radius * random_direction(random);
   std::uniform_real_distribution<double> unit(-1, 1);
   return {origin, Vec3{unit(random), unit(random), unit(random)} - origin};

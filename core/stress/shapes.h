@@ -1,21 +1,10 @@
 // Solids of every kind and size, and lines that come at them in awkward ways.
 #pragma once
 
-#include <random>
-
 #include "geometry/solid.h"
 #include "stress/meshes.h"
 
 namespace tilecast::stress {
-
-using Random = std::mt19937_64;
-
-inline double uniform(Random& random, double low, double high) {
-  return std::uniform_real_distribution<double>(low, high)(random);
-}
-inline double power_of_ten(Random& random, double low, double high) {
-  return std::pow(10.0, uniform(random, low, high));
-}
 
 inline Quadric random_quadric(Random& random, double scale) {
   static constexpr std::array<double, 10> kNamed[] = {

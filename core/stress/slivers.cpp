@@ -8,14 +8,14 @@ namespace {
 
 constexpr double kFloatRoundoff = 0x1p-24;
 
-double log_uniform(std::mt19937_64& random, double decades) {
+double log_uniform(Random& random, double decades) {
   return std::pow(10.0, std::uniform_real_distribution<double>(0, decades)(random));
 }
 
 // Triangles as long as the mesh, of aspect 1 .. 1e7.
 const AcceleratedMesh& slivers() {
   static const AcceleratedMesh mesh = [] {
-    std::mt19937_64 random(7);
+    Random random(7);
     MeshSource source;
     for (uint32_t i = 0; i < 48; ++i) {
       Vec3 along = random_direction(random), across = glm::normalize(glm::cross(along, random_direction(random)));
@@ -46,7 +46,7 @@ long double distance(const Wide& p, const Wide corners[3]) {
 }
 
 // The worst distance of a hit from its triangle, over the triangle's extent, in units of 8 u of float.
-double point_error(std::mt19937_64& random, uint64_t i) {
+double point_error(Random& random, uint64_t i) {
   const AcceleratedMesh& mesh = slivers();
   std::uniform_real_distribution<double> unit(0, 1);
   auto corner = [&](uint32_t face, int k) {

@@ -6,9 +6,10 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
-#include <random>
 #include <string>
 #include <vector>
+
+#include "stress/random.h"
 
 namespace tilecast::stress {
 
@@ -55,14 +56,14 @@ Verdict run(const Case& stress_case, uint64_t count, int threads, const KeepGoin
 // The figure of a batch from that of its cases, case_figure(random, i). The random numbers follow from `first`.
 template <class CaseFigure>
 double sum_over(uint64_t first, uint64_t count, CaseFigure&& case_figure) {
-  std::mt19937_64 random(first);
+  Random random(first);
   double sum = 0.0;
   for (uint64_t i = first; i < first + count; ++i) sum += case_figure(random, i);
   return sum;
 }
 template <class CaseFigure>
 double worst_over(uint64_t first, uint64_t count, CaseFigure&& case_figure) {
-  std::mt19937_64 random(first);
+  Random random(first);
   double worst = 0.0;
   for (uint64_t i = first; i < first + count; ++i) {
     double figure = case_figure(random, i);

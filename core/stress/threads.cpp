@@ -15,7 +15,7 @@ constexpr int kWidth = 48, kHeight = 36, kSamples = 4;
 
 // Something of everything, so that shared buffers would show.
 std::shared_ptr<const Scene> showcase(Integrator integrator, uint32_t seed) {
-  std::mt19937_64 random(32);
+  Random random(32);
   SceneBuilder builder;
   int glass = builder.add_material({MaterialKind::Dielectric, Rgb(0.8), -1, 0.0, 1.5, Rgb(0.1, 0.2, 0.3)});
   int metal = builder.add_material({MaterialKind::Conductor, Rgb(0.9, 0.7, 0.3), -1, 0.3});
@@ -40,7 +40,7 @@ std::shared_ptr<const Scene> showcase(Integrator integrator, uint32_t seed) {
 }
 
 // The image's sums [2, h, w, 3], tiles of this size shared out among the threads in random order.
-std::vector<double> render(const Scene& scene, int threads, int tile, std::mt19937_64& random) {
+std::vector<double> render(const Scene& scene, int threads, int tile, Random& random) {
   std::vector<double> image(2 * kHeight * kWidth * 3);
   std::vector<Tile> tiles;
   for (int y = 0; y < kHeight; y += tile)
@@ -65,7 +65,7 @@ std::vector<double> render(const Scene& scene, int threads, int tile, std::mt199
 }
 
 // Values that differ from those of one thread and one tile.
-double differing(std::mt19937_64& random, uint64_t i) {
+double differing(Random& random, uint64_t i) {
   constexpr int kThreads[] = {1, 2, 7}, kTiles[] = {5, 16, kWidth};
   auto scene = showcase(i % 2 ? Integrator::Whitted : Integrator::Path, static_cast<uint32_t>(i / 18));
   std::vector<double> expected = render_chunk(*scene, {0, 0, kWidth, kHeight}, 0, kSamples).sums;

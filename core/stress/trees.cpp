@@ -23,7 +23,7 @@ struct TreeScene {
 
 struct Growing {
   SceneBuilder builder;
-  std::mt19937_64 random;
+  Random random;
   int material;
   uint32_t solids[4];
   uint32_t operands = 0;
@@ -48,7 +48,7 @@ std::pair<uint32_t, Tree> grow(Growing& g, int leaves) {
 std::vector<TreeScene> forest(int trees, int leaves) {
   std::vector<TreeScene> out;
   for (int i = 0; i < trees; ++i) {
-    Growing g{{}, std::mt19937_64(19 + i), 0, {}};
+    Growing g{{}, Random(19 + i), 0, {}};
     Material glass;
     glass.kind = MaterialKind::Dielectric;
     g.material = g.builder.add_material(glass);
@@ -91,7 +91,7 @@ Ends evaluate(const Tree& tree, const std::vector<Ends>& operands) {
 }
 
 // The difference of the measures inside, over the farthest crossing, in 8 u; infinity where spans are out of order.
-double measure_error(std::mt19937_64& random, uint64_t i) {
+double measure_error(Random& random, uint64_t i) {
   static const std::vector<TreeScene> trees = forest(32, 33);
   const TreeScene& tree = trees[i % trees.size()];
   Ray line = random_ray(random, 4.0);
@@ -171,7 +171,7 @@ bool inside(const TreeScene& tree, const Tree& node, const Vec3& point) {
   return result;
 }
 
-bool occupancy_is_wrong(std::mt19937_64& random, uint64_t i) {
+bool occupancy_is_wrong(Random& random, uint64_t i) {
   static const std::vector<TreeScene> trees = forest(32, 12);
   const TreeScene& tree = trees[i % trees.size()];
   std::uniform_real_distribution<double> unit(-1.5, 1.5);

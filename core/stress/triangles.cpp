@@ -21,7 +21,7 @@ std::vector<Placed> place(MeshSource (*change)(const MeshSource&)) {
   } sources[] = {{icosphere(3), Vec3(0.0), 0.9},
                  {gridded_cube(6), Vec3(0.0), 0.9},
                  {torus(1.0, 0.4, 30, 20), Vec3(1.0, 0.0, 0.0), 0.3}};
-  std::mt19937_64 random(1);
+  Random random(1);
   std::vector<Placed> out;
   for (double scale : {1e-6, 1.0, 1e6})
     for (double radii : {0.0, 1.0, 1e3, 1e6})
@@ -47,7 +47,7 @@ struct Tally {
   bool unbalanced = false;
 };
 
-Tally aim(const std::vector<Placed>& meshes, std::mt19937_64& random, uint64_t i) {
+Tally aim(const std::vector<Placed>& meshes, Random& random, uint64_t i) {
   std::uniform_real_distribution<double> unit(0, 1);
   const Placed& placed = meshes[i % meshes.size()];
   uint64_t round = i / meshes.size();

@@ -38,7 +38,7 @@ TEST(Accelerators, GiveTheHitOfBruteForceBitForBit) {
       auto scene = crowd(size, choice);
       SCOPED_TRACE(choice.kind + " " + choice.grouping);
       if (choice.kind != "auto") { EXPECT_EQ(scene->accelerator.kind, choice.kind); }
-      std::mt19937_64 random(seed);
+      Random random(seed);
       uint64_t occluder = 0;
       for (int i = 0; i < kRays; ++i) {
         Ray ray = random_ray(random, i % 2 ? 0.5 : 8.0);
@@ -83,7 +83,7 @@ TEST(Accelerators, BuildAMillionIdenticalTriangles) {
 }
 
 TEST(Accelerators, BuildTheSameTreeOnAnyNumberOfThreads) {
-  std::mt19937_64 random(5);
+  Random random(5);
   std::vector<Vec3> vertices;
   std::vector<glm::uvec3> faces;
   auto place = [&] { return std::uniform_real_distribution<double>(-1, 1)(random); };
@@ -136,7 +136,7 @@ TEST(Accelerators, BuildTheSameTreeOnAnyNumberOfThreads) {
 }
 
 TEST(Scaling, ByAPowerOfTwoScalesTExactly) {
-  std::mt19937_64 random(3);
+  Random random(3);
   auto build = [](int k) {
     double s = std::ldexp(1.0, k);
     SceneBuilder builder;

@@ -14,7 +14,7 @@ namespace {
 using namespace stress;
 
 TEST(Elementary, FunctionsAgreeWithLongDouble) {
-  std::mt19937_64 random(1);
+  Random random(1);
   std::uniform_real_distribution<double> unit(0, 1), exponent(-300, 300);
   for (int i = 0; i < 100000; ++i) {
     double x = unit(random);

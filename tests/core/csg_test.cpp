@@ -61,7 +61,7 @@ TEST(Csg, RefusesWhatIsOpenAndNamesIt) {
 
 // A box minus `count` balls, which take away as much however many they are.
 std::shared_ptr<const Scene> cheese(int count) {
-  std::mt19937_64 random(7);
+  Random random(7);
   std::uniform_real_distribution<double> unit(-1, 1), size(0.08, 0.23);
   SceneBuilder builder;
   std::vector<InstanceSource> operands{{builder.add_solid(Block{Vec3(-1.0), Vec3(1.0)}), Affine{}}};
@@ -76,7 +76,7 @@ TEST(Csg, LooksAtFewOfManyOperands) {
   uint64_t looked_at[2];
   for (bool many : {false, true}) {
     auto scene = cheese(many ? 10000 : 100);
-    std::mt19937_64 random(1);
+    Random random(1);
     counters::solid = 0;
     for (int i = 0; i < 10000; ++i) {
       Ray ray = random_ray(random, 4.0);
@@ -108,12 +108,12 @@ void expect_first_of_line(const Scene& scene, Ray ray) {
 
 TEST(Csg, StopsAtTheFirstCrossingThatTheWholeLineHas) {
   auto scene = cheese(1000);
-  std::mt19937_64 random(2);
+  Random random(2);
   for (int i = 0; i < 20000; ++i) expect_first_of_line(*scene, random_ray(random, i % 2 ? 3.0 : 0.7));
 }
 
 // Solids of every kind about a metre large; half of them where others are, so that faces coincide.
-uint32_t random_tree(SceneBuilder& builder, std::mt19937_64& random, int operands) {
+uint32_t random_tree(SceneBuilder& builder, Random& random, int operands) {
   std::vector<InstanceSource> of;
   const auto operation = static_cast<CsgOperation>(random() % 3);
   const int children = std::min(operands, 2 + static_cast<int>(random() % 3));
@@ -135,7 +135,7 @@ uint32_t random_tree(SceneBuilder& builder, std::mt19937_64& random, int operand
 }
 
 TEST(Csg, FindsWhatTheWalkAlongTheWholeLineFindsBitForBit) {
-  std::mt19937_64 random(3);
+  Random random(3);
   for (int tree = 0; tree < 300; ++tree) {
     SceneBuilder builder;
     const int operands = tree % 2 ? 2 + random() % 7 : 2 + random() % 40;

@@ -16,7 +16,7 @@ constexpr int kWidth = 16, kHeight = 8;
 
 // Bright pixels, black rows and colours.
 std::vector<Vec3f> speckled() {
-  std::mt19937_64 random(5);
+  Random random(5);
   std::uniform_real_distribution<float> unit(0, 1);
   std::vector<Vec3f> pixels(kWidth * kHeight);
   for (int i = 0; i < kWidth * kHeight; ++i)
@@ -67,7 +67,7 @@ TEST(Environment, IsSampledWithItsDensity) {
     Environment environment(speckled(), kWidth, kHeight, rotation);
     const Affine back = rotate(-rotation * kPi / 180, Vec3(0, 1, 0));
     std::vector<double> counts(kWidth * kHeight * kFine * kFine), expected = counts;
-    std::mt19937_64 random(9);
+    Random random(9);
     std::uniform_real_distribution<double> unit(0, 1);
     for (int i = 0; i < kSamples; ++i) {
       const Environment::Sample found = environment.sample({unit(random), unit(random)});
@@ -99,7 +99,7 @@ TEST(Environment, IsSampledWithItsDensity) {
 // Wherever there is radiance there is density, however small: between a bright pixel and its black neighbours.
 TEST(Environment, CanSampleAllThatIsNotBlack) {
   Environment environment(speckled(), kWidth, kHeight, 0.0);
-  std::mt19937_64 random(3);
+  Random random(3);
   for (int i = 0; i < 20'000; ++i) {
     const Vec3 d = random_direction(random);
     if (max_component(environment.radiance(d)) > 0.0) {
@@ -164,7 +164,7 @@ TEST(Sky, IsBrightAboutTheSunAndTheSameOnBothSidesOfIt) {
   sky.sun = Vec3(0, 2, -2);
   Environment environment = make_environment(sky);
   const Vec3 sun = glm::normalize(sky.sun);
-  std::mt19937_64 random(1);
+  Random random(1);
   double brightest = luminance(environment.radiance(sun));
   for (int i = 0; i < 2000; ++i) {
     Vec3 d = random_direction(random);

@@ -22,7 +22,7 @@ TEST(Garbage, RaysOfAnyKindAreAnswered) {
                         {{sphere, translate(Vec3(1))}, {cylinder, Affine{}}, {rectangle, Affine{}}, {mesh, scale(Vec3(1e-80))},
                          {mesh, scale(Vec3(-3, 1, 1))}, {csg, rotate(1.0, Vec3(0, 1, 0))}},
                         "bvh");
-  std::mt19937_64 random(1);
+  Random random(1);
   auto odd = [&] { return kOddities[random() % std::size(kOddities)]; };
   std::vector<Crossing> list;
   for (int i = 0; i < 100000; ++i) {
@@ -38,7 +38,7 @@ TEST(Garbage, RaysOfAnyKindAreAnswered) {
 }
 
 TEST(Garbage, MeshesAreRefusedOrBuilt) {
-  std::mt19937_64 random(2);
+  Random random(2);
   auto odd = [&] { return kOddities[random() % std::size(kOddities)]; };
   int built = 0;
   for (int i = 0; i < 20000; ++i) {

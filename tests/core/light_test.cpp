@@ -199,7 +199,7 @@ TEST(BallCone, IsSampledUniformly) {
     const double exact = static_cast<double>(s2 / (1 + std::sqrt(1 - s2)));
     EXPECT_NEAR(cone.one_minus_cosine, exact, 1e-9 * exact);  // 1 + 1e-6 has lost 1e-10 of the rest before we begin
     EXPECT_NEAR(cone.pdf() * 2 * kPi * exact, 1.0, 1e-9);
-    std::mt19937_64 random(2);
+    Random random(2);
     std::uniform_real_distribution<double> unit(0, 1);
     constexpr int kSide = 8, kSamples = 100'000;
     std::vector<double> counts(kSide * kSide), expected(kSide * kSide, double(kSamples) / (kSide * kSide));

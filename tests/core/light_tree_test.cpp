@@ -15,7 +15,7 @@ using namespace stress;
 // Points, spots, balls and rectangles strewn about a floor, dim and bright ones, some at one place.
 std::shared_ptr<const Scene> strewn(int count, uint64_t seed) {
   SceneBuilder builder;
-  std::mt19937_64 random(seed);
+  Random random(seed);
   std::uniform_real_distribution<double> unit(0, 1);
   std::vector<InstanceSource> list;
   uint32_t square = builder.add_rectangle(0.2, 0.3), ball = builder.add_solid(Sphere{0.1});
@@ -39,7 +39,7 @@ std::shared_ptr<const Scene> strewn(int count, uint64_t seed) {
   return scene_of(builder, list);
 }
 
-LitPlace place_on_floor(std::mt19937_64& random) {
+LitPlace place_on_floor(Random& random) {
   std::uniform_real_distribution<double> unit(-10, 10);
   return {Vec3(unit(random), 0.0, unit(random)), Vec3(0, 1, 0)};
 }
@@ -48,7 +48,7 @@ TEST(LightTree, ChoosesWithItsProbabilities) {
   auto scene = strewn(200, 1);
   const Lights& lights = scene->lights;
   ASSERT_TRUE(lights.has_tree());
-  std::mt19937_64 random(4);
+  Random random(4);
   std::uniform_real_distribution<double> unit(0, 1);
   for (int k = 0; k < 12; ++k) {
     LitPlace place = place_on_floor(random);
@@ -81,7 +81,7 @@ double brought(const Scene& scene, const LitPlace& place, size_t light, Sampler&
 }
 
 TEST(LightTree, LeavesOutNoLightThatReachesThePlace) {
-  std::mt19937_64 random(8);
+  Random random(8);
   for (uint64_t seed : {2, 3}) {
     auto scene = strewn(300, seed);
     for (int k = 0; k < 100; ++k) {
@@ -100,7 +100,7 @@ TEST(LightTree, LeavesOutNoLightThatReachesThePlace) {
 TEST(LightTree, IsUnbiasedAndVariesLessThanPower) {
   auto scene = strewn(1000, 6);
   const Lights& lights = scene->lights;
-  std::mt19937_64 random(8);
+  Random random(8);
   std::uniform_real_distribution<double> unit(0, 1);
   double of_tree = 0.0, of_power = 0.0;
   for (int k = 0; k < 16; ++k) {

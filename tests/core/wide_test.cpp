@@ -35,7 +35,7 @@ struct Place {
   Vec3 offset;
 };
 
-MeshSource tangle(std::mt19937_64& random) {
+MeshSource tangle(stress::Random& random) {
   std::uniform_real_distribution<double> unit(-1, 1);
   MeshSource source;
   for (uint32_t i = 0; i < 300; ++i) {
@@ -48,7 +48,7 @@ MeshSource tangle(std::mt19937_64& random) {
 }
 
 // Of every kind: coherent blocks, along axes, at vertices and edges, from inside, with ends, past the mesh, and garbage.
-std::vector<Ray> rays_at(const Mesh& mesh, const Place& place, std::mt19937_64& random) {
+std::vector<Ray> rays_at(const Mesh& mesh, const Place& place, stress::Random& random) {
   std::uniform_real_distribution<double> unit(-1, 1);
   std::vector<Ray> rays;
   auto from = [&](const Vec3& p) { return place.offset + place.scale * p; };
@@ -80,7 +80,7 @@ std::vector<Ray> rays_at(const Mesh& mesh, const Place& place, std::mt19937_64& 
 }
 
 TEST(WideBvh, AnswersAsBruteForceBitForBit) {
-  std::mt19937_64 random(5);
+  stress::Random random(5);
   const std::vector<MeshSource> sources{stress::icosphere(3), stress::gridded_cube(6), tangle(random),
                                         stress::with_collinear_faces(stress::icosphere(2)),
                                         MeshSource{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, std::vector<glm::uvec3>(50, {0, 1, 2})}};
@@ -119,7 +119,7 @@ TEST(WideBvh, AnswersAsBruteForceBitForBit) {
 }
 
 TEST(WideBvh, LargeBatchesOutOfOrderAnswerAsSingleRays) {
-  std::mt19937_64 random(6);
+  stress::Random random(6);
   AcceleratedMesh mesh(stress::icosphere(4).build(), "bvh");
   std::vector<Ray> rays(5001);
   for (Ray& ray : rays) ray = {0.9 * stress::random_direction(random), stress::random_direction(random)};
