@@ -7,12 +7,14 @@ covers 200 times at least 0.95 - 3 sqrt(0.95 * 0.05 / 200) = 90.4% with a probab
 """
 
 import functools
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from chunks import draw, exposed
 
-from tilecast.render.denominators import weight, window_mean
+from tilecast.render import error as estimation
+from tilecast.render.denominators import weight, weights, window_mean
 from tilecast.render.plan import make_plan
 
 RUNS, SIZE = 200, 64
@@ -45,10 +47,12 @@ def rare(generator, shape):
 def estimates(sampler, samples):
     """For each run: (mse, low, high, true) and the same relative."""
     plan = make_plan(SIZE, SIZE, samples, 32)
+    wanted = plan.checkpoints[-2:]  # the last may need what the one before it found
+    chunks = [replace(chunk, checkpoint=chunk.range in wanted) for chunk in plan.chunks()]
     found = []
     for seed in range(RUNS):
-        film = exposed(plan, draw(plan, sampler, seed))
-        error = film.error(len(plan.checkpoints) - 1)
+        film = exposed(plan, draw(plan, sampler, seed), chunks)
+        error = film.error(len(wanted) - 1)
         square = (film.pixels().astype(np.float64) - TRUTH) ** 2
         found.append([(error.mse, error.mse_low, error.mse_high, square.mean()),
                       (error.relative_mse, error.low, error.high, (square / (TRUTH**2 + 0.01)).mean())])
@@ -78,6 +82,49 @@ def test_predicted_over_true_relative_mse_is_within_five_per_cent(sampler, sampl
 def test_the_interval_of_the_relative_error_covers(sampler):
     _, (_, low, high, true) = estimates(sampler, 64)
     assert 0.904 <= coverage(low, high, true)
+
+
+def coloured(generator, shape):
+    """Noise of one channel, in which one pixel in twenty has ten times as much."""
+    spread = np.where(np.arange(shape[2]) % 20 == 0, 5.0, 0.5)[:, None] * [1.0, 0.0, 0.0]
+    return 0.5 + spread * generator.standard_normal(shape)
+
+
+def edge(generator, shape):
+    """Half of each sample's pixels are black, the others white."""
+    return np.broadcast_to(generator.random((*shape[:3], 1)) < 0.5, shape) * 1.0
+
+
+@pytest.mark.parametrize("sampler, exact", [
+    (coloured, 0.5), (edge, 0.5), (lambda generator, shape: generator.exponential(size=shape), 1.0),
+    (lambda generator, shape: (generator.random((*shape[:3], 1)) < 1 / 32) * np.full(3, 32.0), 1.0)],
+    ids=["coloured", "edge", "exponential", "rare"])
+def test_the_interval_is_neither_too_narrow_nor_too_wide(sampler, exact):
+    """600 images of 20 x 40 pixels; a coverage of 95% scatters by 0.9%, and the logarithm of so few pixels' error is
+    not quite normal."""
+    generator, inside = np.random.default_rng(1), 0
+    for _ in range(600):
+        samples = sampler(generator, (16, 20, 40, 3))
+        parts = [(np.stack([part[::2].sum(axis=0), part[1::2].sum(axis=0)]), 8) for part in (samples[:8], samples[8:])]
+        found = estimation.estimate(estimation.tile_partials(parts[0][0] + parts[1][0], 16, parts)[None], 800)
+        inside += found.mse_low <= ((samples.mean(axis=0) - exact) ** 2).mean() <= found.mse_high
+    assert inside / 600 == pytest.approx(0.95, abs=0.03)
+
+
+@pytest.mark.parametrize("first, last", [(8, 8), (16, 2), (5, 4)])
+def test_parts_of_any_size_tell_the_interval(first, last):
+    """Of normal noise of one colour: 4 / pixels is the square of the deviation."""
+    generator, widths = np.random.default_rng(2), []
+    for _ in range(50):
+        samples = 0.5 + generator.standard_normal((first + last, 32, 32, 1)) * np.ones(3)
+        parts = [(np.stack([part[::2].sum(axis=0), part[1::2].sum(axis=0)]), len(part))
+                 for part in (samples[:first], samples[first:])]
+        sums = np.stack([samples[::2].sum(axis=0), samples[1::2].sum(axis=0)])
+        if first % 2:  # even indices of the second part are odd ones of the whole
+            parts[1] = (parts[1][0][::-1], last)
+        found = estimation.estimate(estimation.tile_partials(sums, first + last, parts)[None], 1024)
+        widths.append(np.log(found.mse_high / found.mse) / 1.96)
+    assert np.mean(widths) == pytest.approx(2 / 32, rel=0.05)
 
 
 def test_the_first_checkpoint_has_an_interval_too():
@@ -137,6 +184,15 @@ def test_the_denominator_becomes_that_of_the_image_as_noise_falls():
     exact = 1 / (image**2 + 0.01)
     assert np.allclose(weight(image, np.zeros_like(image)), exact, rtol=1e-9)
     assert np.abs(weight(image, np.full_like(image, 1e-6)) / exact - 1).max() < 0.02
+
+
+def test_a_part_of_the_samples_gives_a_denominator_of_its_own():
+    """The mean over one part is off by much in one pixel; what the other parts say of that pixel does not matter."""
+    image, variance = np.full((3, 21, 21), 0.2), np.full((3, 21, 21), 1e-4)
+    off = image.copy()
+    off[:, 10, 10] = 5.0
+    _, own, other = weights(np.array([image, off, image]), np.array([variance, variance, variance]))
+    assert own[0, 10, 10] == pytest.approx(1 / 25, rel=0.05) and other[0, 10, 10] == pytest.approx(1 / 0.05, rel=0.05)
 
 
 def test_a_bright_sample_does_not_hide_its_own_error():

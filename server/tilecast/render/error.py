@@ -5,20 +5,24 @@ I, over n samples, D^2 with D = A - B tells the error without a reference: v = D
 expectation of (I - R)^2, for every pixel and channel, whatever the distribution. `mse` is the mean of v over
 pixels and channels.
 
-`relative_mse` is the mean of v / (R^2 + 0.01), with what `denominators` finds for the unknown R. That leaves a bias:
-on six example scenes of 96 x 72 pixels (diffuse, glossy, glass, Whitted's) -4% to +4% at 64 samples, -9% to +6% at 16
-and -26% to +28% at 4, lowest where brightness changes from one pixel to the next, highest where light is rare.
+`relative_mse` is the mean of v / (R^2 + 0.01), with what `denominators` finds for the unknown R: half way, on the
+logarithmic axis, between two estimates. The one finds R from all samples and comes out too low, as R and v share noise;
+the other finds it from other samples than v, and comes out too high, as a noisy R is too low more often than not.
 
-The 95% interval is for the true error of this very image, (I - R)^2 averaged. For each pixel and channel (I -
-R)^2 - v is the product of the two halves' errors, (A - R)(B - R), so whatever their distribution the
-difference has no bias, and the variance 4 tr(S^2) / 9 in the mean over 3 channels, S being the covariance of
-a pixel's mean over the channels. From v averaged over the channels, E[v^2] = (2 tr(S^2) + tr(S)^2) / 9 >=
-tr(S^2) / 3 where noise is normal, and more where it has long tails: so V = 4/3 v^2 is at least that variance,
-and equal to it where noise is normal and of one colour. Pixels are independent, so their V add up, and the
-interval is mse exp(+-1.96 sqrt(V) / mse): symmetric on the logarithmic axis on which errors are drawn. `low`
-and `high` are those of `relative_mse`, in the same way from v divided by its denominator, with 3% of the estimate
-as the standard deviation of its bias. Nothing here asks the samples of one half to be independent: low-discrepancy
-ones are not.
+The 95% interval is for the true error of this very image, (I - R)^2 averaged, R being the exact image; where nA = nB,
+(I - R)^2 - v is the product of the two halves' errors, (A - R)(B - R). So the difference has no bias, and as the two
+are independent its variance, averaged over 3 channels, is tr(S^2) / 9, S being the covariance of A's channels, and of
+B's. R is not needed for that: let A1 and A2 be what the samples before the last range and those in it make of A, and
+B1 and B2 of B. Then a = A1 - A2 and b = B1 - B2, scaled to the variance of A and of B, have the expectation 0, and
+(a . b / 3)^2 that of tr(S^2) / 9, whatever the distribution, long tails included. Pixels are independent, so the
+variances add up. What the two parts tell is taken as a fraction of the error that they tell, the mean of
+(a^2 + b^2) / 4: low-discrepancy samples have less error together than so many independent ones. The interval is
+mse exp(+-1.96 s), with that fraction's root for s: as that of a quotient of variances, it is nearly symmetric on the
+logarithmic axis on which errors are drawn. Two or three samples have no such parts; there S comes from v, as if noise
+were normal and of one colour: E[v^2] = 3/4 tr(S^2) / 9. Nothing here asks the samples of one half to be independent.
+
+`low` and `high` are those of `relative_mse`, in the same way; its bias, which falls with the noise, counts as
+0.3 / sqrt(n) of it in the standard deviation: see `scenes/RESULTS.md` for what it is.
 
 `heavy_tailed` says that rare events carry the error, so that the estimate cannot be trusted; see `tails`.
 """
@@ -33,10 +37,12 @@ import numpy as np
 
 from . import denominators, tails
 
-# Numbers that a tile contributes: sums over its pixels of v and v^2, both again relative, and what `tails` needs.
-_SUMS = 4
+# Numbers that a tile contributes: sums over its pixels, and what `tails` needs. Of the squared error and of the relative
+# one: v, and as its parts tell it (a . b)^2 and (a^2 + b^2) / 4; the relative one with R from other samples, from the
+# same, and over sqrt(n).
+_SUMS = 9
 PARTIALS = _SUMS + tails.PARTIALS
-_BIAS = 0.03  # of the relative error, as a part of it: of the figures above, root mean square
+_BIAS = 0.3  # of the relative error, as a part of it, times sqrt(n): root mean square over example scenes
 NORMAL_95 = 1.959963984540054  # standard deviations either side of the mean that hold 95% of normal figures
 
 
@@ -63,33 +69,52 @@ def tile_partials(sums: np.ndarray, samples: int, parts: Sequence[tuple[np.ndarr
     """What a tile contributes to the estimate at a checkpoint: float64 [PARTIALS].
 
     `sums`: float64 [2, h, w, 3], even and odd samples apart, `samples` (at least 2) in all. `parts`: the same of
-    the samples before the last range and of those in it. Where one of them has a single sample, the tail is taken
+    the samples before the last range and of those in it. Where one of them has a single sample, what they tell is taken
     from `previous`, the partials of the checkpoint before.
     """
-    mean, variance = _mean_and_variance(sums, samples)
-    weight = denominators.weight(mean, variance)
-    square = variance.sum(axis=0) / 3
-    relative = (variance * weight).sum(axis=0) / 3
+    split = bool(parts) and min(count for _, count in parts) >= 2
+    halves, means, variances = _moments([(sums, samples), *(parts if split else ())])
+    weights = denominators.weights(means, variances)
+    relative = variances[0] * weights[0]
     found = np.zeros(PARTIALS) if previous is None else previous.copy()
-    found[:_SUMS] = square.sum(), (square * square).sum(), relative.sum(), (relative * relative).sum()
-    if parts and min(count for _, count in parts) >= 2:
+    found[0], found[3], found[8] = variances[0].sum() / 3, relative.sum() / 3, relative.sum() / 3 / math.sqrt(samples)
+    if split:
+        first, last = (count for _, count in parts)
+        a, b = halves[1] - halves[2]
+        a *= math.sqrt(_half_share(first, last, 1))
+        b *= math.sqrt(_half_share(first, last, 0))
+        square, product = (a * a + b * b) / 12, a * b / 3
+        crossed = (weights[1] + weights[2]) / 2
+        found[1], found[2] = (product.sum(axis=0) ** 2).sum(), square.sum()
+        found[4], found[5] = ((product * crossed).sum(axis=0) ** 2).sum(), (square * crossed).sum()
+        scale = first * last / samples**2 / 3
+        found[6] = (variances[1] * weights[2] + variances[2] * weights[1]).sum() * scale
+        found[7] = ((variances[1] + variances[2]) * weights[0]).sum() * scale
         # Scaled by their samples, so that both estimate the variance of the whole.
-        a, b = ((_mean_and_variance(part, count)[1] * weight).sum(axis=0) * (count / samples / 3)
-                for part, count in parts)
-        found[_SUMS:] = tails.partials(a, b)
+        found[_SUMS:] = tails.partials(*((variance * weights[0]).sum(axis=0) * (count / samples / 3)
+                                         for variance, count in zip(variances[1:], (first, last))))
+    elif previous is None:
+        for at, each in ((0, variances[0]), (3, relative)):
+            pixels = each.sum(axis=0) / 3
+            found[at + 1], found[at + 2] = 4 / 3 * (pixels * pixels).sum(), pixels.sum()
     return found
 
 
 def relative_sums(partials: np.ndarray) -> np.ndarray:
     """The relative squared error of each tile, summed over its pixels; from float64 [tiles, PARTIALS]."""
-    return partials[:, 2]
+    return partials[:, 3]
 
 
 def estimate(partials: np.ndarray, pixels: int) -> ErrorEstimate:
     """The estimate of an image of so many pixels from its tiles' partials, float64 [tiles, PARTIALS]."""
-    square, square2, relative, relative2 = (math.fsum(column) for column in partials.T[:_SUMS])
+    square, square_products, squares, relative, products, parts, others, same, by_samples = (
+        math.fsum(column) for column in partials.T[:_SUMS])
+    bias = _BIAS * by_samples / relative if relative > 0 else 0.0
+    if others > 0 and same > 0:
+        relative *= math.sqrt(others / same)
     share = tails.tail_share(partials[:, _SUMS:].sum(axis=0))
-    return ErrorEstimate(*_interval(square, square2, pixels), *_interval(relative, relative2, pixels, _BIAS),
+    return ErrorEstimate(*_interval(square, square_products, squares, pixels),
+                         *_interval(relative, products, parts, pixels, bias),
                          None if share is None else share > tails.HEAVY, share)
 
 
@@ -103,19 +128,34 @@ def error_map(pixels: np.ndarray, variance: np.ndarray) -> np.ndarray:
 
 def variance(sums: np.ndarray, samples: int) -> np.ndarray:
     """v of every pixel, float64 [h, w, 3], from `sums` as in `tile_partials`; 0 where one sample tells nothing."""
-    return np.moveaxis(_mean_and_variance(sums, samples)[1], 0, 2) if samples > 1 else np.zeros(sums.shape[1:])
+    return np.moveaxis(_moments([(sums, samples)])[2][0], 0, 2) if samples > 1 else np.zeros(sums.shape[1:])
 
 
-def _mean_and_variance(sums: np.ndarray, samples: int) -> tuple[np.ndarray, np.ndarray]:
-    """Of sums [2, h, w, 3]: the mean, and v, which estimates its variance; float64 [3, h, w] each."""
-    n_a, n_b = (samples + 1) // 2, samples // 2
-    a, b = np.ascontiguousarray(np.moveaxis(sums, 3, 1))  # channel by channel: numpy sums over those three fast
-    return (a + b) / samples, (a / n_a - b / n_b) ** 2 * (n_a * n_b / samples**2)
+def _moments(parts: Sequence[tuple[np.ndarray, int]]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of k times (sums [2, h, w, 3], samples): the means of both halves, float64 [k, 2, 3, h, w]; and the mean of all,
+    and v, which estimates its variance, float64 [k, 3, h, w] each."""
+    counts = np.array([((count + 1) // 2, count // 2) for _, count in parts], np.float64)[:, :, None, None, None]
+    # Channel by channel: numpy sums over those three fast.
+    halves = np.ascontiguousarray(np.moveaxis(np.array([sums for sums, _ in parts]), 4, 2))
+    n_a, n_b = counts[:, 0], counts[:, 1]
+    mean = (halves[:, 0] + halves[:, 1]) / (n_a + n_b)
+    halves /= counts
+    return halves, mean, (halves[:, 0] - halves[:, 1]) ** 2 * (n_a * n_b / (n_a + n_b) ** 2)
 
 
-def _interval(total: float, total_of_squares: float, pixels: int, bias: float = 0.0) -> tuple[float, float, float]:
-    """The mean of v over the pixels, and its interval; `bias` is a part of the mean."""
+def _half_share(first: int, last: int, odd: int) -> float:
+    """Of the variance of the difference of two parts' means, what the mean over both has: of a half of `first` and of
+    `last` samples, the even ones with `odd` = 1 (they are one more where the number is odd), the odd ones with 0."""
+    n, m = (first + odd) // 2, (last + odd) // 2
+    return n * m / (n + m) ** 2
+
+
+def _interval(total: float, products: float, parts: float, pixels: int,
+              bias: float = 0.0) -> tuple[float, float, float]:
+    """The mean over the pixels of what adds up to `total`, and its interval: `products` is the variance of `parts`,
+    and `bias` a part of the mean."""
     if not total > 0:
         return total, total, total
-    width = NORMAL_95 * math.hypot(math.sqrt(4 / 3 * total_of_squares) / total, bias)
+    deviation = math.sqrt(products) / parts if parts > 0 else 2.0  # 2: the largest that there is
+    width = NORMAL_95 * math.hypot(deviation, bias)
     return total / pixels, total / pixels * math.exp(-width), total / pixels * math.exp(width)

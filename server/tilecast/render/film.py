@@ -16,7 +16,7 @@ import numpy as np
 from . import error
 from .plan import Chunk, Plan, Tile
 
-_FORMAT = 3  # of saved tiles
+_FORMAT = 4  # of saved tiles
 
 
 @dataclass(frozen=True)
