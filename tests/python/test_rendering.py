@@ -117,6 +117,19 @@ def test_the_error_reached_is_near_the_target(factor):
     assert 0.8 * goal < square.mean() < 1.02 * goal
 
 
+def test_an_image_whose_error_rests_on_rare_events_is_not_taken_for_good_enough():
+    """One sample in 2^14 is bright: a low estimate only says that few of them have been met. Without a goal out of
+    reach, the image ends with the samples that it may have."""
+    plan = make_plan(32, 32, 256, 16)
+    generator = np.random.default_rng(3)
+    image = 0.5 + 0.01 * generator.standard_normal((256, 32, 32, 3))
+    image += 50 * (generator.random((256, 32, 32, 1)) < 2**-14)
+    rendering = Rendering(plan, Stop(relative_mse=1.0))
+    finish(rendering, image)
+    assert all(point["heavy_tailed"] and point["high"] < 1.0 for point in rendering.curve[3:])
+    assert [point["samples"] for point in rendering.curve] == [2, 4, 8, 16, 32, 64, 128, 256]
+
+
 def test_nothing_stops_before_the_pilot():
     plan = make_plan(16, 16, 1024, 8)
     black = np.zeros((1024, 16, 16, 3))  # nobody has met the light

@@ -6,7 +6,7 @@ tiles of s / n, is least for a given cost, the sum of c n, where n is in proport
 variance of one sample of the tile, c what it costs. Rays are counted for that, which no clock disturbs.
 
 Tiles that have not met the light yet look as if they were finished, and stopping there would make the image too dark.
-So nothing is decided before the pilot's samples, half of a tile's s comes from the tiles around it, and no tile falls
+So nothing is decided before the pilot's samples, a quarter of a tile's s comes from the tiles around it, and no tile falls
 back behind an eighth of what the mean s would get.
 
 Counts of samples are levels: 2, 4, 8, 16, and then eight between a power of two and the next, so that both halves of
@@ -20,6 +20,7 @@ import math
 import numpy as np
 
 _STEPS = 8  # levels from a power of two to the next
+_OWN = 3 / 4  # of a tile's s: the rest comes from around it
 _LEAST = 1 / 64  # of the mean s
 _MOST = 16  # times the samples that a pixel has on average in the end
 
@@ -78,13 +79,13 @@ def allocate(noise: np.ndarray, cost: np.ndarray, pixels: np.ndarray, done: np.n
 
 
 def _smoothed(noise: np.ndarray, pixels: np.ndarray) -> np.ndarray:
-    """s of a pixel of each tile: half its own, half that of the 3 x 3 tiles about it; 1 everywhere in an image without
-    noise."""
+    """s of a pixel of each tile: three quarters its own, one that of the 3 x 3 tiles about it; 1 everywhere in an image
+    without noise."""
     mean = noise.sum() / pixels.sum()
     if not mean > 0:
         return np.ones(noise.shape)
     around = _around(noise) / _around(pixels.astype(np.float64))
-    return np.maximum(0.5 * (noise / pixels + around), _LEAST * mean)
+    return np.maximum(_OWN * noise / pixels + (1 - _OWN) * around, _LEAST * mean)
 
 
 def _around(tiles: np.ndarray) -> np.ndarray:

@@ -57,8 +57,8 @@ def weight(mean: np.ndarray, variance: np.ndarray) -> np.ndarray:
 
 
 def _gain(off: np.ndarray, noise: np.ndarray) -> np.ndarray:
-    """The part of the square of `off` [k, 3, h, w] in each window that `noise` [k, h, w] does not explain; [k, 1, h, w],
-    one for all channels."""
+    """The part of the square of `off` [k, 3, h, w] in each window that `noise` [k, h, w] does not explain;
+    [k, 1, h, w], one for all channels."""
     total = window_mean((off * off).sum(axis=1))
     return (np.maximum(total - noise, 0) / np.where(total > 0, total, 1))[:, None]
 

@@ -37,9 +37,9 @@ import numpy as np
 
 from . import denominators, tails
 
-# Numbers that a tile contributes: sums over its pixels, and what `tails` needs. Of the squared error and of the relative
-# one: v, and as its parts tell it (a . b)^2 and (a^2 + b^2) / 4; the relative one with R from other samples, from the
-# same, and over sqrt(n).
+# Numbers that a tile contributes: sums over its pixels, and what `tails` needs. Of the squared error and of the
+# relative one: v, and as its parts tell it (a . b)^2 and (a^2 + b^2) / 4; then the relative one with R from other
+# samples, from the same, and over sqrt(n).
 _SUMS = 9
 PARTIALS = _SUMS + tails.PARTIALS
 _BIAS = 0.3  # of the relative error, as a part of it, times sqrt(n): root mean square over example scenes

@@ -35,7 +35,7 @@ class Rendering:
     """The making of one image after `plan`, round by round; see `rounds`.
 
     `stop.relative_mse` ends it with the first round after which the upper end of the error's interval is below the
-    limit, so the image is the same however the chunks ran. `stop.seconds` hands out no new chunk after that time; what
+    limit and the image is not heavy-tailed, so the image is the same however the chunks ran. `stop.seconds` hands out no new chunk after that time; what
     is done is kept, and every pixel has its first samples. Time counts while chunks are in flight: an image that is
     paused does not use up its seconds.
     """
@@ -124,7 +124,8 @@ class Rendering:
                 self.curve.append({key: value for key, value in point.items() if key != "type"})
             if not self._rounds.complete:
                 break
-            self._rounds.go_on(self.curve[-1]["high"] if self.curve else None)
+            last = self.curve[-1] if self.curve else {}
+            self._rounds.go_on(last.get("high"), last.get("heavy_tailed") is True)
         return events
 
     def tile_event(self, tile: Tile) -> Event:
@@ -182,7 +183,8 @@ class Rendering:
         needed = self.plan.samples
         if self.stop.relative_mse is not None and self.curve:
             point = self.curve[-1]  # the error falls as 1 / samples
-            needed = min(max(point["samples"] * point["high"] / self.stop.relative_mse, PILOT), needed)
+            times = max(point["high"] / self.stop.relative_mse, 2 if point["heavy_tailed"] else 0)
+            needed = min(max(point["samples"] * times, PILOT), needed)
         return min(self.film.samples / (self.plan.width * self.plan.height * needed), 1.0)
 
     def statistics(self, facts: Mapping[str, Any] | None = None, write: float = 0.0) -> dict[str, Any]:

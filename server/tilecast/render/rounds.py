@@ -4,6 +4,10 @@ Without a goal for the error and without adaptive sampling there is one round, a
 the first round is a pilot of 16 samples: so few have often not met the light at all, and nothing is decided on less.
 What comes next is decided when every tile has reached the end of a round, from the film alone. The same decisions
 follow after a restart, from the tiles that were stored; and the image depends on nobody's speed.
+
+A goal for the error ends an image when its interval lies below it. Not so while the image is labelled heavy-tailed (see
+`tails`): its estimate rests on a few rare events, and says too little most of the time. Such an image goes on, with as
+many samples again each round, until the label is gone or the samples or seconds that it may take are used up.
 """
 
 from __future__ import annotations
@@ -83,16 +87,16 @@ class Rounds:
         if self.complete and max(self._rows) > self._first:
             yield self.mean, self.film.error_after(self._rows)
 
-    def go_on(self, error: float | None) -> None:
+    def go_on(self, error: float | None, heavy_tailed: bool) -> None:
         """Begins the next round, or ends. To be called when the round is complete; `error`: the upper end of the
-        interval of its relative MSE, where there is one."""
+        interval of its relative MSE, where there is one; `heavy_tailed`: whether that cannot be trusted."""
         most, done = self._plan.samples, self.mean
-        enough = self._target is not None and error is not None and done >= PILOT and error <= self._target
+        short = error / self._target if self._target is not None and error is not None else None
+        enough = short is not None and short <= 1 and done >= PILOT and not heavy_tailed
         if enough or done >= (most * _ALL if self._adaptive else most):
             self.ended = True
             return
-        short = error / self._target if self._target is not None and error is not None else None
-        goals = self._next_goals(next_mean(done, most, short))
+        goals = self._next_goals(next_mean(done, most, None if heavy_tailed else short))
         if goals == self._goals:  # what is left is less than a level of any tile
             self.ended = True
             return
