@@ -4,11 +4,11 @@
 
 #include "accel/wide_bvh.h"
 #include "base/error.h"
+#include "base/lanes.h"
 
 namespace tilecast {
 namespace {
 
-constexpr size_t kFew = 32;                    // primitives for which `auto` may go without
 constexpr double kSpatialSplitReferences = 3;  // at most, for each primitive
 // A spatial split has to promise this much before `auto` takes it: repeated references cost cache.
 constexpr double kSpatialSplitGain = 0.9;
@@ -56,7 +56,8 @@ Accelerator Accelerator::build(const AcceleratorChoice& choice, const PrimitiveS
   const uint32_t together = primitives.tested_together();
   if (count > (1u << 30)) throw Error("more than 2^30 primitives in one object");
   std::string kind = choice.kind;
-  if (count == 0) kind = "none";
+  // Up to eight boxes are met at once, whatever stands above them. A mesh's triangles are, too, but in its hierarchy.
+  if (count == 0 || (kind == "auto" && count <= kLanes && !primitives.mesh)) kind = "none";
 
   Accelerator out;
   auto spatial_splits = [&](std::vector<uint32_t>& order) {
@@ -73,10 +74,6 @@ Accelerator Accelerator::build(const AcceleratorChoice& choice, const PrimitiveS
       auto cost_of = [&](const Bvh& some) {
         return primitives.mesh ? WideBvh::folded_cost(some, choice.threads) : some.expected_cost(primitives.test_cost);
       };
-      if (count <= kFew && !primitives.mesh) {  // of triangles eight are tested at once: there is nothing to spare
-        Accelerator all = build("none", primitives);
-        if (all.stats_.cost < cost_of(bvh)) return all;
-      }
       if (bvh.overlap_cost(primitives.test_cost, together) >
           kOverlap * bvh.expected_cost(primitives.test_cost, together)) {
         std::vector<uint32_t> order;

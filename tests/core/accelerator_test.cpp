@@ -70,6 +70,17 @@ TEST(Accelerators, TellIdenticalPrimitivesApartByTheirOrder) {
   EXPECT_EQ(hit.t, 4.0);
 }
 
+// Eight boxes are met in one go: less needs nothing above it, and more does, however small a hierarchy looks by its cost.
+TEST(Accelerators, OfItsOwnChoiceAddAHierarchyAboveEightObjects) {
+  for (int count : {1, 8, 9, 20}) {
+    SceneBuilder builder;
+    uint32_t block = builder.add_solid(Block{Vec3(-0.5), Vec3(0.5)});
+    std::vector<InstanceSource> row;
+    for (int i = 0; i < count; ++i) row.push_back({block, translate(Vec3(i, 0, 0))});
+    EXPECT_EQ(scene_of(builder, row, "auto")->accelerator.kind, count <= 8 ? "none" : "bvh") << count;
+  }
+}
+
 TEST(Accelerators, BuildAMillionIdenticalTriangles) {
   MeshSource source{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, std::vector<glm::uvec3>(1000000, {0, 1, 2})};
   AcceleratedMesh mesh(source.build(), "bvh");
