@@ -1,3 +1,4 @@
+#include <optional>
 #include <thread>
 
 #include "bind/bind.h"
@@ -69,19 +70,54 @@ std::vector<InstanceSource> to_instances(const Array<int32_t>& objects, const Ar
 }
 
 uint32_t add_mesh(SceneBuilder& builder, const Array<double>& vertices, const Array<uint32_t>& faces,
-                  AcceleratorChoice accelerator) {
+                  AcceleratorChoice accelerator, const std::optional<Array<float>>& uvs) {
   check_shape(vertices, {-1, 3}, "vertices");
   check_shape(faces, {-1, 3}, "faces");
   std::span<const Vec3> v(reinterpret_cast<const Vec3*>(vertices.data()), vertices.shape(0));
   std::span<const glm::uvec3> f(reinterpret_cast<const glm::uvec3*>(faces.data()), faces.shape(0));
   accelerator.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  std::vector<FaceUvs> corners;
+  if (uvs) {
+    check_shape(*uvs, {faces.shape(0), 3, 2}, "uvs");
+    const FaceUvs* first = reinterpret_cast<const FaceUvs*>(uvs->data());
+    corners.assign(first, first + uvs->shape(0));
+  }
   py::gil_scoped_release release;
-  return builder.add_mesh(Mesh::build(v, f), accelerator);
+  return builder.add_mesh(Mesh::build(v, f), accelerator, std::move(corners));
+}
+
+// The pixels of an image, which several textures may share.
+struct Image {
+  std::shared_ptr<const ImageTexture::Image> pixels;
+};
+
+Image store_image(const Array<float>& pixels) {
+  const int channels = pixels.ndim() == 3 && pixels.shape(2) == 1 ? 1 : 3;
+  check_shape(pixels, {-1, -1, channels}, "pixels");
+  std::vector<float> copy(pixels.data(), pixels.data() + pixels.size());
+  const int width = static_cast<int>(pixels.shape(1)), height = static_cast<int>(pixels.shape(0));
+  py::gil_scoped_release release;
+  return {ImageTexture::store(std::move(copy), width, height, channels)};
+}
+
+// Index of a name in a list.
+int index_of(std::initializer_list<std::string_view> names, std::string_view name, const char* what) {
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) throw Error(std::string(what) + ": none is called " + std::string(name));
+  return static_cast<int>(found - names.begin());
+}
+
+int add_image_texture(SceneBuilder& builder, const Image& image, const std::string& wrap, const std::string& filter,
+                      const std::array<double, 2>& tiling, const std::array<double, 2>& offset) {
+  return builder.add_texture(ImageTexture(
+      image.pixels, static_cast<Wrap>(index_of({"repeat", "mirror", "clamp"}, wrap, "wrap")),
+      static_cast<TexelFilter>(index_of({"bilinear", "closest"}, filter, "filter")), {tiling[0], tiling[1]},
+      {offset[0], offset[1]}));
 }
 
 // Everything that a material may have, each where it is given.
-Material material_of(const std::string& kind, const py::kwargs& settings) {
-  Material m{.kind = material_kind(kind)};
+Material material_of(MaterialKind kind, const py::kwargs& settings) {
+  Material m{.kind = kind};
   for (auto [key, value] : settings) {
     const std::string name = py::cast<std::string>(key);
     auto colour = [&, value = value] { return to_vec(py::cast<Triple>(value)); };
@@ -100,14 +136,18 @@ Material material_of(const std::string& kind, const py::kwargs& settings) {
     else if (name == "k") m.k = colour();
     else if (name == "specular") m.specular = colour();
     else if (name == "exponent") m.exponent = number();
+    else if (name == "roughness_texture") m.roughness_texture = whole();
+    else if (name == "opacity_texture") m.opacity_texture = whole();
+    else if (name == "emission_texture") m.emission_texture = whole();
+    else if (name == "normal_map") m.normal_map = whole();
     else throw py::type_error("material() has no setting " + name);
   }
   return m;
 }
 
-int add_blend(SceneBuilder& builder, const std::vector<int>& parts, const std::vector<double>& shares, const Triple& emission,
-              double opacity) {
-  Material m{.kind = MaterialKind::Blend, .emission = to_vec(emission), .opacity = opacity};
+int add_blend(SceneBuilder& builder, const std::vector<int>& parts, const std::vector<double>& shares,
+              const py::kwargs& settings) {
+  Material m = material_of(MaterialKind::Blend, settings);
   if (parts.size() != shares.size() || parts.size() > Material::kMostParts)
     throw Error("of: a blend takes at most " + std::to_string(Material::kMostParts) + " materials, each with its share");
   std::copy(parts.begin(), parts.end(), m.parts);
@@ -133,20 +173,27 @@ void bind_builder(py::module_& module) {
   py::implicitly_convertible<std::string, AcceleratorChoice>();
   using Instances = const Array<int32_t>&;
   using Matrices = const Array<double>&;
-  const Triple zero{0, 0, 0};
+  py::class_<Image>(module, "Image", "Pixels that textures may share: linear light, or plain numbers.")
+      .def(py::init(&store_image), py::arg("pixels"), "pixels: float32 [h, w, 1 or 3], rows from the top.");
   py::class_<SceneBuilder>(module, "SceneBuilder", "Builds a Scene. Handles are ints; lengths metres, colours linear RGB.")
       .def(py::init<>())
-      .def("checker", [](SceneBuilder& b, const Triple& even, const Triple& odd, double size) {
-            return b.add_checker({to_vec(even), to_vec(odd), size});
-          }, py::arg("even"), py::arg("odd"), py::arg("size"), "A 3D checker in object space.")
+      .def("checker", [](SceneBuilder& b, const Triple& even, const Triple& odd, double size, bool of_uv) {
+            return b.add_texture(Checker{to_vec(even), to_vec(odd), size, of_uv});
+          }, py::arg("even"), py::arg("odd"), py::arg("size"), py::arg("of_uv") = false,
+          "Cubes in object space, or squares of the texture coordinates.")
+      .def("gradient", [](SceneBuilder& b, const Triple& from, const Triple& to, const std::string& along, double start, double end) {
+            return b.add_texture(Gradient{to_vec(from), to_vec(to), index_of({"x", "y", "z", "u", "v"}, along, "along"), start, end});
+          }, py::arg("from"), py::arg("to"), py::arg("along"), py::arg("start"), py::arg("end"), "along: x, y, z, u or v.")
+      .def("image_texture", &add_image_texture, py::arg("image"), py::arg("wrap"), py::arg("filter"), py::arg("tiling"),
+           py::arg("offset"), "wrap: repeat, mirror or clamp; filter: bilinear or closest; the image at tiling * uv + offset.")
       .def("material", [](SceneBuilder& b, const std::string& kind, const py::kwargs& settings) {
-            return b.add_material(material_of(kind, settings));
+            return b.add_material(material_of(material_kind(kind), settings));
           }, py::arg("kind"),
            "kind: diffuse, mirror, conductor, dielectric, plastic or phong; keywords: reflectance, texture, roughness, ior, "
            "absorption (per metre), emission (radiance), opacity, tint, priority, eta and k (a conductor's), specular and "
-           "exponent (phong).")
-      .def("blend", &add_blend, py::arg("parts"), py::arg("shares"), py::kw_only(), py::arg("emission") = zero,
-           py::arg("opacity") = 1.0, "Up to three materials, each with its share of the light.")
+           "exponent (phong), roughness_texture, opacity_texture, emission_texture, normal_map.")
+      .def("blend", &add_blend, py::arg("parts"), py::arg("shares"),
+           "Up to three materials, each with its share of the light; keywords: emission, opacity, their textures, normal_map.")
       .def("sphere", [](SceneBuilder& b, double radius) { return b.add_solid(Sphere{radius}); }, py::arg("radius"))
       .def("box", [](SceneBuilder& b, const Triple& min, const Triple& max) {
             return b.add_solid(Block{to_vec(min), to_vec(max)});
@@ -174,7 +221,11 @@ void bind_builder(py::module_& module) {
       .def("disk", [](SceneBuilder& b, double radius) { return b.add_flat(Disk{radius}); }, py::arg("radius"),
            "Open; in the xz plane, facing +y.")
       .def("mesh", &add_mesh, py::arg("vertices"), py::arg("faces"), py::arg("accelerator") = AcceleratorChoice(),
-           "vertices: float64 [n, 3]; faces: uint32 [m, 3], counter-clockwise from outside.")
+           py::arg("uvs") = py::none(),
+           "vertices: float64 [n, 3]; faces: uint32 [m, 3], counter-clockwise from outside; uvs: float32 [m, 3, 2], of the "
+           "faces' corners.")
+      .def("without_uvs", &SceneBuilder::without_uvs, py::arg("root"),
+           "The meshes under an object that have no texture coordinates, although their material asks for some.")
       .def("csg", [](SceneBuilder& b, const std::string& operation, Instances objects, Matrices matrices, Instances materials) {
             return b.add_csg(csg_operation(operation), to_instances(objects, matrices, materials));
           }, py::arg("operation"), py::arg("objects"), py::arg("matrices"), py::arg("materials"),

@@ -61,7 +61,7 @@ Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, Traci
       if (!surface.material->passable()) break;
       boundary = media.at(*surface.material, hit.entering);
       if (boundary.real) {
-        double opacity = surface.material->opacity;
+        double opacity = opacity_at(scene, surface);
         if (opacity == 1.0 || sampler.next1() < opacity) break;
         throughput /= boundary.eta * boundary.eta;
         scale *= boundary.eta * boundary.eta;
@@ -81,7 +81,7 @@ Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, Traci
         double cosine = std::max(1e-300, glm::dot(wo_world, surface.normal));
         weight = power_heuristic(bsdf_pdf, area_light_pdf(scene.lights, area, from, distance, cosine));
       }
-      sum += throughput * material.emission * weight;
+      sum += throughput * emission_at(scene, surface) * weight;
     }
     if (depth == max_depth) break;
 

@@ -2,6 +2,7 @@
 
 #include "base/counters.h"
 #include "optics/fresnel.h"
+#include "shading/textured.h"
 
 namespace tilecast {
 namespace {
@@ -20,11 +21,12 @@ Rgb shadow_transmittance(const Scene& scene, Ray ray, Media media, Glass glass, 
     if (!material.passable()) return Rgb(0.0);
     Boundary boundary = media.at(material, hit.entering);
     if (boundary.real) {
-      double eta = boundary.eta, through = (1.0 - material.opacity) / (eta * eta);
+      const double opacity = opacity_at(scene, surface);
+      double eta = boundary.eta, through = (1.0 - opacity) / (eta * eta);
       if (glass == Glass::Passes && material.kind == MaterialKind::Dielectric) {
         // Unbent, the ray has one angle on both sides: that of the thinner medium, so that no reflection is total.
         double cosine = std::min(1.0, std::fabs(glm::dot(surface.normal, ray.direction)) / length);
-        left *= through + material.opacity * (1.0 - fresnel_dielectric(cosine, std::max(eta, 1.0 / eta)).reflectance);
+        left *= through + opacity * (1.0 - fresnel_dielectric(cosine, std::max(eta, 1.0 / eta)).reflectance);
       } else {
         left *= through;
       }

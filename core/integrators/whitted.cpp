@@ -40,7 +40,8 @@ Rgb trace_whitted(const Scene& scene, const Ray& camera_ray, const Media& camera
     Boundary boundary;
     if (material.passable()) {
       boundary = branch.media.at(material, hit.entering);
-      double through = boundary.real ? (1.0 - material.opacity) / (boundary.eta * boundary.eta) : 1.0;
+      const double opacity = opacity_at(scene, surface);
+      double through = boundary.real ? (1.0 - opacity) / (boundary.eta * boundary.eta) : 1.0;
       if (through * max_component(branch.weight) >= kFaintest) {
         pending.push_back(branch);
         Branch& straight = pending.back();
@@ -50,9 +51,9 @@ Rgb trace_whitted(const Scene& scene, const Ray& camera_ray, const Media& camera
         ++tracing.counts.bounce;
       }
       if (!boundary.real) continue;
-      branch.weight *= material.opacity;
+      branch.weight *= opacity;
     }
-    if (hit.entering && material.emits()) sum += branch.weight * material.emission;
+    if (hit.entering && material.emits()) sum += branch.weight * emission_at(scene, surface);
     if (branch.depth == scene.max_depth) continue;
 
     Basis basis(hit.entering ? surface.normal : -surface.normal);

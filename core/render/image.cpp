@@ -35,7 +35,9 @@ std::vector<uint8_t> encode(const std::string& format, const ImageInfo& info, st
 }
 
 std::vector<float> read(const std::string& name, OIIO::Filesystem::IOProxy* proxy, size_t most, ImageInfo& info) {
-  auto input = OIIO::ImageInput::open(name, nullptr, proxy);
+  OIIO::ImageSpec wanted;
+  wanted.attribute("oiio:UnassociatedAlpha", 1);  // colours as the file has them, not multiplied by its alpha channel
+  auto input = OIIO::ImageInput::open(name, &wanted, proxy);
   if (!input) throw Error("cannot read " + name + ": " + OIIO::geterror());
   const OIIO::ImageSpec& spec = input->spec();
   if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1 ||

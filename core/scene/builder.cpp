@@ -5,6 +5,7 @@
 namespace tilecast {
 namespace {
 
+constexpr float kMostUv = 1e6f;
 constexpr int kMostNesting = 1000;  // of groups in groups: bounds the traversal's recursion
 constexpr const char* kUnbounded =
     "a halfspace has no end: intersect it with something that has, such as a box, or subtract it";
@@ -44,9 +45,16 @@ uint32_t SceneBuilder::add_flat(const Flat& flat) {
   return handle;
 }
 
-uint32_t SceneBuilder::add_mesh(Mesh mesh, const AcceleratorChoice& choice) {
+uint32_t SceneBuilder::add_mesh(Mesh mesh, const AcceleratorChoice& choice, std::vector<FaceUvs> uvs) {
   Box box = mesh.bounds;
   uint64_t faces = mesh.faces.size();
+  if (!uvs.empty() && uvs.size() != faces) throw Error("uvs: each face needs those of its three corners");
+  for (size_t i = 0; i < uvs.size(); ++i)
+    for (const glm::vec2& uv : uvs[i])
+      if (!(std::fabs(uv.x) <= kMostUv && std::fabs(uv.y) <= kMostUv))
+        throw Error("uvs: must lie between -1e6 and 1e6, but face " + std::to_string(i) + " has (" + text(uv.x) + ", " +
+                    text(uv.y) + ")");
+  scene_.mesh_uvs.push_back(std::move(uvs));
   scene_.meshes.emplace_back(std::move(mesh), choice);
   return add(Kind::Mesh, scene_.meshes.size() - 1, faces, box);
 }
@@ -160,10 +168,9 @@ int SceneBuilder::add_material(const Material& given) {
   if (m.kind == MaterialKind::Plastic && m.ior < 1.0) throw Error("ior: must be at least 1, got " + text(m.ior));
   if (!(m.exponent >= 0.0 && m.exponent <= 1e6))
     throw Error("exponent: must lie between 0 and 1e6, got " + text(m.exponent));
-  if (m.texture >= static_cast<int>(scene_.checkers.size()) || m.texture < -1) throw Error("texture: no such texture");
+  apply_textures(m);
   if (m.kind == MaterialKind::Phong) {
-    Rgb most = m.reflectance;
-    if (m.texture >= 0) most = glm::max(scene_.checkers[m.texture].even, scene_.checkers[m.texture].odd);
+    const Rgb most = m.texture >= 0 ? tilecast::most(scene_.textures[m.texture]) : m.reflectance;
     for (int i = 0; i < 3; ++i)
       if (double sum = most[i] + m.specular[i]; sum > 1.0 + 4 * kUnitRoundoff)
         throw Error("specular[" + std::to_string(i) + "]: must be at most 1 together with the reflectance, is " + text(sum));
@@ -178,14 +185,6 @@ int SceneBuilder::add_material(const Material& given) {
   if (m.kind == MaterialKind::Blend) blend(m);
   scene_.materials.push_back(m);
   return static_cast<int>(scene_.materials.size() - 1);
-}
-
-int SceneBuilder::add_checker(const Checker& checker) {
-  check_colour(checker.even, "even", 1.0);
-  check_colour(checker.odd, "odd", 1.0);
-  check_positive(checker.size, "size");
-  scene_.checkers.push_back(checker);
-  return static_cast<int>(scene_.checkers.size() - 1);
 }
 
 namespace {
@@ -245,6 +244,7 @@ std::shared_ptr<const Scene> SceneBuilder::build(uint32_t root, const Options& o
   scene_.next_event = options.next_event;
   if (!(options.ao_distance > 0.0)) throw Error("ao_distance: must be positive, got " + text(options.ao_distance));
   scene_.ao_distance = options.ao_distance;
+  drop_unused_uvs(root);
   finish_reachable();
   if (traces_light(options.integrator)) {
     finish_materials();

@@ -20,13 +20,14 @@ class SceneBuilder {
   uint32_t add_solid(const Solid& solid);
   uint32_t add_flat(const Flat& flat);
   uint32_t add_rectangle(double width, double depth) { return add_flat(Rectangle{width, depth}); }
-  uint32_t add_mesh(Mesh mesh, const AcceleratorChoice& choice);
+  // uvs: of each face's corners; empty: none.
+  uint32_t add_mesh(Mesh mesh, const AcceleratorChoice& choice, std::vector<FaceUvs> uvs = {});
   // At least two closed operands; a difference takes all the others from the first.
   uint32_t add_csg(CsgOperation operation, const std::vector<InstanceSource>& operands);
   uint32_t add_group(const std::vector<InstanceSource>& instances, const AcceleratorChoice& choice);
 
   int add_material(const Material& material);
-  int add_checker(const Checker& checker);
+  int add_texture(const Texture& texture);
   void add_point_light(const PointLight& light);
   void add_spot_light(const SpotLight& light);
   void add_directional_light(const DirectionalLight& light);
@@ -35,6 +36,9 @@ class SceneBuilder {
   void set_environment(Environment environment);
   void set_camera(const Camera& camera) { scene_.camera = camera; }
   void set_filter(PixelFilter::Kind kind) { scene_.filter = PixelFilter(kind); }
+
+  // The meshes under an object without texture coordinates, although a material that is put on them asks for some.
+  std::vector<uint32_t> without_uvs(uint32_t root) const;
 
   struct Options {
     Integrator integrator = Integrator::Path;
@@ -66,6 +70,9 @@ class SceneBuilder {
   Csg flatten(const CsgSource& source, const Box& bounds);
   uint32_t cut_off(uint32_t solid, const Box& bounds);
   void blend(Material& material) const;
+  void apply_textures(Material& material) const;
+  std::vector<bool> meshes_with_uvs(uint32_t root) const;
+  void drop_unused_uvs(uint32_t root);
   void finish_materials();
   void finish_reachable();
   double expected_cost(uint32_t object) const;

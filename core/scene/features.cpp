@@ -7,8 +7,8 @@ namespace tilecast {
 const std::vector<std::string>& all_features() {
   static const std::vector<std::string> names{
       "absorption", "area_lights", "background", "blend", "conductor", "csg", "dielectric", "diffuse",
-      "directional_lights", "disk", "emission", "environment", "hierarchy", "instances", "lens", "light_tree", "mesh",
-      "microfacets", "mirror", "opacity", "oren_nayar", "phong", "pixel_filter", "plastic", "point_lights",
+      "directional_lights", "disk", "emission", "environment", "hierarchy", "image_texture", "instances", "lens",
+      "light_tree", "mesh", "microfacets", "mirror", "normal_map", "opacity", "oren_nayar", "phong", "pixel_filter", "plastic", "point_lights",
       "rectangle", "shadow_rays", "solid", "spot_lights", "texture"};
   return names;
 }
@@ -76,7 +76,11 @@ std::vector<std::string> find_features(const Scene& scene) {
     use("absorption", m.refracts && max_component(m.absorption) > 0.0);
     use("opacity", m.opacity < 1.0);
     use("emission", m.emits());
-    use("texture", m.texture >= 0);
+    for (int texture : {m.texture, m.roughness_texture, m.opacity_texture, m.emission_texture, m.normal_map}) {
+      use("texture", texture >= 0);
+      use("image_texture", texture >= 0 && std::holds_alternative<ImageTexture>(scene.textures[texture]));
+    }
+    use("normal_map", m.normal_map >= 0);
   }
   use("background", max_component(scene.background) > 0.0);
   use("environment", scene.lights.environment != nullptr);

@@ -158,7 +158,9 @@ void SceneBuilder::collect_lights(uint32_t handle, const Affine& to_world, int m
   }
   AreaLight light;
   light.radiance = Rgb(0.0);
-  if (material != kInherit) light.radiance = scene_.materials[material].emission * scene_.materials[material].opacity;
+  const Material* shining = material != kInherit ? &scene_.materials[material] : nullptr;
+  if (shining && (shining->emission_texture >= 0 || shining->opacity_texture >= 0)) return;  // met by chance
+  if (shining) light.radiance = shining->emission * shining->opacity;
   light.first_primitive = base;
   light.primitives = object.primitives;
   double mirrored = glm::determinant(to_world.linear) < 0.0 ? -1.0 : 1.0;

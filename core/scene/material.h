@@ -1,4 +1,4 @@
-// Materials and textures as plain data.
+// Materials as plain data.
 #pragma once
 
 #include "base/vec.h"
@@ -30,7 +30,16 @@ struct Material {
   int parts[kMostParts] = {-1, -1, -1};  // blend: materials that are no blends
   double shares[kMostParts] = {0, 0, 0};  // blend: of the parts, 1 together
 
-  // Set by the builder.
+  // Textures instead of the numbers above, whose place these take; -1: none.
+  int roughness_texture = -1;  // diffuse, conductor, plastic
+  int opacity_texture = -1;
+  int emission_texture = -1;   // such an emitter is met by chance alone
+  int normal_map = -1;         // of unit vectors about the surface's, with u and v; 0.5 stands for 0
+
+  // Set by the builder. Where there is a texture: opacity is its least value, roughness and emission are its greatest.
+  bool textured = false;    // it or a part of it
+  bool uses_uv = false;
+  int first_level = 0;      // textured roughness: the energy table of the least, in sixteenths
   bool refracts = false;    // light goes through it, into another medium
   int energy = -1;          // rough: its energy table; rough dielectric: the first of its pairs with a medium beside it
   int medium = 0;           // dielectric: number of its index of refraction; 0 is vacuum
@@ -39,19 +48,6 @@ struct Material {
   bool emits() const { return max_component(emission) > 0.0; }
   bool smooth() const { return roughness < kLeastRoughness; }
   bool passable() const { return refracts || opacity < 1.0; }
-};
-
-// Cells of `size` metres in object space, in turn `even` and `odd`.
-struct Checker {
-  Rgb even{0.9}, odd{0.1};
-  double size = 1.0;
-
-  // `p` must lie off the cell's walls: callers step from the surface towards its inside first.
-  Rgb at(const Vec3& p) const {
-    Vec3 cell = glm::floor(p / size);
-    double parity = cell.x + cell.y + cell.z;
-    return parity - 2.0 * std::floor(0.5 * parity) == 0.0 ? even : odd;
-  }
 };
 
 }  // namespace tilecast

@@ -2,6 +2,7 @@
 #include <map>
 
 #include "base/check.h"
+#include "optics/energy_between.h"
 #include "scene/builder.h"
 
 namespace tilecast {
@@ -20,6 +21,9 @@ void SceneBuilder::blend(Material& m) const {
     const Material& part = scene_.materials[m.parts[i]];
     std::string where = "of[" + std::to_string(i) + "]: ";
     if (part.kind == MaterialKind::Blend) throw Error(where + "a blend takes materials that are no blends themselves");
+    if (part.normal_map >= 0) throw Error(where + "a normal map belongs to the blend, not to the materials that it takes");
+    m.textured |= part.textured;
+    m.uses_uv |= part.uses_uv;
     if (part.emits() || part.opacity < 1.0)
       throw Error(where + "emission and opacity belong to the blend, not to the materials that it takes");
     if (!part.refracts) continue;
@@ -50,7 +54,17 @@ void SceneBuilder::finish_materials() {
   } conductors, coats, dielectrics;
   for (Material& m : scene_.materials) {
     const double roughness = m.smooth() ? 0.0 : m.roughness;
-    if (m.kind == MaterialKind::Plastic) {
+    const bool tables = m.kind == MaterialKind::Plastic || m.kind == MaterialKind::Conductor;
+    if (tables && m.roughness_texture >= 0) {
+      m.energy = static_cast<int>(scene_.roughness_levels.size());
+      const int last = static_cast<int>(std::ceil(roughness * kRoughnessLevels));
+      for (int level = m.first_level; level <= last; ++level) {
+        const double of_level = static_cast<double>(level) / kRoughnessLevels;
+        scene_.roughness_levels.push_back(m.kind == MaterialKind::Plastic
+                                              ? coats.number(of_level, m.ior)
+                                              : conductors.number(std::max(of_level, kLeastRoughness), 0.0));
+      }
+    } else if (m.kind == MaterialKind::Plastic) {
       m.energy = coats.number(roughness, m.ior);
     } else if (m.kind == MaterialKind::Conductor && roughness > 0.0) {
       m.energy = conductors.number(roughness, 0.0);

@@ -1,6 +1,7 @@
 // The immutable scene.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "scene/material.h"
 #include "scene/object.h"
 #include "scene/pixel_filter.h"
+#include "scene/texture.h"
 
 namespace tilecast {
 
@@ -25,21 +27,25 @@ inline const char* name_of(Integrator integrator) { return kIntegratorNames[stat
 inline bool is_view(Integrator integrator) { return integrator > Integrator::AmbientOcclusion; }
 inline bool traces_light(Integrator integrator) { return integrator <= Integrator::Whitted; }
 
+using FaceUvs = std::array<glm::vec2, 3>;  // texture coordinates of a triangle's corners
+
 struct Scene {
   std::vector<Object> objects;
   std::vector<Solid> solids;
   std::vector<Flat> flats;
   std::vector<AcceleratedMesh> meshes;
+  std::vector<std::vector<FaceUvs>> mesh_uvs;  // of each mesh, by face; empty: it needs none
   std::vector<Csg> csgs;
   std::vector<Assembly> groups;
   uint32_t root = 0;  // index of an object
 
   std::vector<Material> materials;  // materials[0] is the default
-  std::vector<Checker> checkers;
+  std::vector<Texture> textures;
   std::vector<EnergyTable> conductor_losses;         // of rough conductors, by Material::energy
   std::vector<CoatEnergy> coat_energies;             // of plastics
   std::vector<DielectricEnergy> dielectric_energies;  // of rough dielectrics, each with a medium beside it:
   std::vector<int> pairs;                            // index of its energy, by Material::energy + Material::medium
+  std::vector<int> roughness_levels;  // of textured roughness: indices of tables, by Material::energy + level
   Lights lights;
   Rgb background{0.0};
   Camera camera;

@@ -1,6 +1,7 @@
 #include "scene/surface.h"
 
 #include "scene/descend.h"
+#include "scene/parametrisation.h"
 
 namespace tilecast {
 namespace {
@@ -29,6 +30,51 @@ Leaf at_leaf(const Scene& scene, const Object& object, const Ray& ray, const Hit
     default:
       return {Vec3(p.x, 0.0, p.z), Vec3(0.0, 1.0, 0.0), 0.0};
   }
+}
+
+// By the corners' texture coordinates. Without any, as where no texture asks for them, all is 0.
+Parametrisation parametrisation(const Mesh& mesh, const std::vector<FaceUvs>& uvs, uint32_t face, const Hit& hit) {
+  if (uvs.empty()) return {Vec2(0.0)};
+  const Vec2 a(uvs[face][0]), d1 = Vec2(uvs[face][1]) - a, d2 = Vec2(uvs[face][2]) - a;
+  Triangle triangle = mesh.triangle(face);
+  const Vec3 e1 = Vec3(triangle.b) - Vec3(triangle.a), e2 = Vec3(triangle.c) - Vec3(triangle.a);
+  const double area = d1.x * d2.y - d1.y * d2.x, sign = area > 0.0 ? 1.0 : area < 0.0 ? -1.0 : 0.0;
+  return {a + hit.u * d1 + hit.v * d2, sign * (d2.y * e1 - d1.y * e2), sign * (d1.x * e2 - d2.x * e1)};
+}
+
+Parametrisation parametrisation(const Scene& scene, const Object& object, const Hit& hit, uint64_t face, const Vec3& p) {
+  switch (object.kind) {
+    case Kind::Mesh:
+      return parametrisation(scene.meshes[object.index].mesh(), scene.mesh_uvs[object.index], static_cast<uint32_t>(face), hit);
+    case Kind::Solid: return parametrisation(scene.solids[object.index], static_cast<int>(face), p);
+    default: return parametrisation(scene.flats[object.index], p);
+  }
+}
+
+// The normal that a map gives, in the frame of the normal and of what is left across it of the direction of u.
+// du, dv: world space.
+Vec3 mapped_normal(const Vec3& map, const Vec3& n, const Vec3& du, const Vec3& dv) {
+  Vec3 t = du - glm::dot(du, n) * n;
+  const double largest = max_abs(t);
+  if (!(largest > 0.0)) return n;  // a pole, or a triangle without room in the image
+  t = glm::normalize(t * power_below_reciprocal(largest));
+  const Vec3 side = glm::cross(n, t), b = glm::dot(side, dv) < 0.0 ? -side : side;
+  const Vec3 m = 2.0 * map - 1.0;
+  const Vec3 mapped = m.x * t + m.y * b + std::max(m.z, 1e-3) * n;  // never from behind
+  return glm::normalize(mapped);
+}
+
+// What textures want to know. Apart: most materials have none.
+[[gnu::noinline]] void place_textures(const Scene& scene, const Object& object, const Hit& hit, uint64_t face,
+                                      const Leaf& leaf, const glm::dmat3& to_world, bool flipped, Surface& surface) {
+  surface.place = {leaf.point, flipped ? -leaf.normal : leaf.normal, Vec2(0.0)};
+  if (!surface.material->uses_uv) return;
+  const Parametrisation found = parametrisation(scene, object, hit, face, leaf.point);
+  surface.place.uv = found.uv;
+  if (surface.material->normal_map < 0) return;
+  surface.front = hit.entering;
+  surface.shading_normal = mapped_normal(at(scene.textures[surface.material->normal_map], surface.place), surface.normal,
+                                         to_world * found.du, to_world * found.dv);
 }
 
 }  // namespace
@@ -68,8 +114,6 @@ Surface resolve(const Scene& scene, const Ray& ray, const Hit& hit) {
   });
   Leaf leaf = at_leaf(scene, object, local, hit, primitive);
   Surface surface;
-  surface.local_point = leaf.point;
-  surface.local_normal = leaf.normal;
   surface.point = turned ? to_world->point(leaf.point) : leaf.point + product.offset;
   surface.material = &scene.materials[material == kInherit ? 0 : material];
   surface.error = stretch * (leaf.error + 16 * kUnitRoundoff * max_abs(leaf.point)) +
@@ -77,10 +121,10 @@ Surface resolve(const Scene& scene, const Ray& ray, const Hit& hit) {
   Vec3 normal = turned ? leaf.normal * *to_local : leaf.normal;
   double largest = max_abs(normal);
   surface.normal = largest > 0.0 ? glm::normalize(normal * power_below_reciprocal(largest)) : -glm::normalize(ray.direction);
-  if ((glm::dot(surface.normal, ray.direction) > 0.0) == hit.entering) {
-    surface.normal = -surface.normal;
-    surface.local_normal = -surface.local_normal;
-  }
+  const bool flipped = (glm::dot(surface.normal, ray.direction) > 0.0) == hit.entering;
+  if (flipped) surface.normal = -surface.normal;
+  if (surface.material->textured)
+    place_textures(scene, object, hit, primitive, leaf, turned ? to_world->linear : glm::dmat3(1.0), flipped, surface);
   return surface;
 }
 

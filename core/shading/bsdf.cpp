@@ -1,6 +1,5 @@
 #include "shading/bsdf.h"
 
-#include "base/counters.h"
 #include "shading/coat.h"
 #include "shading/conductor.h"
 #include "shading/dielectric.h"
@@ -8,12 +7,69 @@
 #include "shading/phong.h"
 
 namespace tilecast {
-Rgb reflectance_at(const Scene& scene, const Surface& surface, const Material& material) {
-  if (material.texture < 0) return material.reflectance;
-  TILECAST_COUNT(texture);
-  const Checker& checker = scene.checkers[material.texture];
-  // A step inwards keeps faces that lie on a wall between two cells in one of them.
-  return checker.at(surface.local_point - 1e-6 * checker.size * glm::normalize(surface.local_normal));
+namespace {
+
+// In the frame of the surface, from that of the lobes; false where that lies on the other side.
+bool leaves(const Basis& tilted, Vec3& wi) {
+  const bool through = wi.z < 0.0;
+  wi = glm::normalize(tilted.to_world(wi));
+  return through ? wi.z < 0.0 : wi.z > 0.0;
+}
+
+// Of a viewer, whom the tilted normal may see edge-on.
+Vec3 seen_from(const Basis& tilted, const Vec3& wo) {
+  Vec3 out = tilted.to_local(wo);
+  out.z = std::max(out.z, 1e-12);
+  return out;
+}
+
+}  // namespace
+
+void Bsdf::look_up() {
+  reflectance_ = reflectance_at(scene_, surface_, material_);
+  roughness_ = roughness_at(scene_, surface_, material_);
+  if (material_.normal_map < 0) return;
+  mapped_ = true;
+  lambert_ = false;
+  const double side = surface_.front ? 1.0 : -1.0;
+  normal_ = Basis(side * surface_.normal).to_local(side * surface_.shading_normal);
+}
+
+Basis Bsdf::tilted(const Vec3& wo) const {
+  const Vec3 mirrored = 2.0 * glm::dot(normal_, wo) * normal_ - wo;
+  const double lowest = std::min(0.01, 0.9 * wo.z);
+  if (mirrored.z >= lowest) return Basis(normal_);
+  return Basis(glm::normalize(wo + glm::normalize(Vec3(mirrored.x, mirrored.y, lowest))));
+}
+
+Rgb Bsdf::evaluate_any(const Vec3& wo, const Vec3& wi, double& pdf) const {
+  if (!mapped_) return evaluate_lobes(wo, wi, pdf);
+  const Basis basis = tilted(wo);
+  const Vec3 local = basis.to_local(wi);
+  pdf = 0.0;
+  if (!(local.z * wi.z > 0.0)) return Rgb(0.0);
+  return evaluate_lobes(seen_from(basis, wo), local, pdf);
+}
+
+bool Bsdf::sample_any(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
+  if (!mapped_) return sample_lobes(wo, sampler, out);
+  const Basis basis = tilted(wo);
+  return sample_lobes(seen_from(basis, wo), sampler, out) && leaves(basis, out.wi);
+}
+
+bool Bsdf::sample_glossy(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
+  if (!mapped_) return sample_glossy_lobes(wo, sampler, out);
+  const Basis basis = tilted(wo);
+  return sample_glossy_lobes(seen_from(basis, wo), sampler, out) && leaves(basis, out.wi);
+}
+
+int Bsdf::beams(const Vec3& wo, Beam out[kMostBeams]) const {
+  if (!mapped_) return beams_of_lobes(wo, out);
+  const Basis basis = tilted(wo);
+  int kept = 0;
+  for (int i = 0, count = beams_of_lobes(seen_from(basis, wo), out); i < count; ++i)
+    if (leaves(basis, out[i].wi)) out[kept++] = out[i];
+  return kept;
 }
 
 bool Bsdf::rough_glass() const { return !material_.smooth() && std::fabs(boundary_.eta - 1.0) >= kLeastContrast; }
@@ -21,7 +77,7 @@ bool Bsdf::rough_glass() const { return !material_.smooth() && std::fabs(boundar
 bool Bsdf::is_specular() const {
   switch (material_.kind) {
     case MaterialKind::Mirror: return true;
-    case MaterialKind::Conductor: return material_.smooth();
+    case MaterialKind::Conductor: return roughness_ < kLeastRoughness;
     case MaterialKind::Dielectric: return !rough_glass();
     case MaterialKind::Blend:
       for (int i = 0; i < Material::kMostParts; ++i)
@@ -31,11 +87,30 @@ bool Bsdf::is_specular() const {
   }
 }
 
-RoughConductor Bsdf::rough_conductor() const {
-  return {material_, reflectance_, scene_.conductor_losses[material_.energy]};
+// The tables of the roughnesses next to that of the texture, and how far it lies between them.
+double Bsdf::roughness_level(int& low, int& high) const {
+  const int most = static_cast<int>(std::ceil(material_.roughness * kRoughnessLevels)) - material_.first_level;
+  const double level = roughness_ * kRoughnessLevels - material_.first_level;
+  const int below = std::clamp(static_cast<int>(level), 0, most);
+  low = scene_.roughness_levels[material_.energy + below];
+  high = scene_.roughness_levels[material_.energy + std::min(below + 1, most)];
+  return level - below;
 }
 
-Plastic Bsdf::plastic() const { return {material_, reflectance_, scene_.coat_energies[material_.energy]}; }
+RoughConductor Bsdf::rough_conductor() const {
+  if (material_.roughness_texture < 0)
+    return {material_, reflectance_, roughness_, scene_.conductor_losses[material_.energy]};
+  int low, high;
+  const double share = roughness_level(low, high);
+  return {material_, reflectance_, roughness_, {scene_.conductor_losses[low], scene_.conductor_losses[high], share}};
+}
+
+Plastic Bsdf::plastic() const {
+  int low = material_.energy, high = low;
+  const double share = material_.roughness_texture < 0 ? 0.0 : roughness_level(low, high);
+  const CoatEnergy &below = scene_.coat_energies[low], &above = scene_.coat_energies[high];
+  return {material_.ior, reflectance_, roughness_, {below.reflection, above.reflection, share}, below.inner};
+}
 
 RoughDielectric Bsdf::rough_dielectric() const {
   const int beside = boundary_.beside ? boundary_.beside->medium : 0;
@@ -56,7 +131,7 @@ int Bsdf::choose_part(Sampler& sampler) const {
   return chosen;
 }
 
-Rgb Bsdf::evaluate_any(const Vec3& wo, const Vec3& wi, double& pdf) const {
+Rgb Bsdf::evaluate_lobes(const Vec3& wo, const Vec3& wi, double& pdf) const {
   pdf = 0.0;
   if (specular_) return Rgb(0.0);
   if (wi.z <= 0.0) {
@@ -66,7 +141,8 @@ Rgb Bsdf::evaluate_any(const Vec3& wo, const Vec3& wi, double& pdf) const {
   switch (material_.kind) {
     case MaterialKind::Diffuse:
       pdf = wi.z * kInvPi;
-      return OrenNayar(reflectance_, material_.roughness).evaluate(wo, wi);
+      if (roughness_ == 0.0) return reflectance_ * pdf;
+      return OrenNayar(reflectance_, roughness_).evaluate(wo, wi);
     case MaterialKind::Conductor: return rough_conductor().evaluate(wo, wi, pdf);
     case MaterialKind::Dielectric: return rough_dielectric().evaluate(wo, wi, pdf);
     case MaterialKind::Plastic: return plastic().evaluate(wo, wi, pdf);
@@ -85,15 +161,19 @@ Rgb Bsdf::evaluate_any(const Vec3& wo, const Vec3& wi, double& pdf) const {
   }
 }
 
-bool Bsdf::sample_any(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
+bool Bsdf::weigh_lobes(const Vec3& wo, BsdfSample& out) const {
+  const Rgb f = evaluate_lobes(wo, out.wi, out.pdf);  // sets the density
+  out.weight = f / out.pdf;
+  return out.pdf > 0.0;
+}
+
+bool Bsdf::sample_lobes(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
   switch (material_.kind) {
     case MaterialKind::Diffuse:
       out.wi = cosine_hemisphere(sampler.next2());
       if (!(out.wi.z > 0.0)) return false;
-      out.pdf = out.wi.z * kInvPi;
-      out.weight = OrenNayar(reflectance_, material_.roughness).evaluate(wo, out.wi) / out.pdf;
       out.specular = false;
-      return true;
+      return weigh_lobes(wo, out);
     case MaterialKind::Mirror:
       out = {reflect(wo), reflectance_, 0.0, true};
       return true;
@@ -107,7 +187,7 @@ bool Bsdf::sample_any(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
       int chosen = choose_part(sampler);
       if (!part(chosen).sample(wo, sampler, out)) return false;
       if (out.specular) return true;
-      return weigh(*this, wo, out);
+      return weigh_lobes(wo, out);
     }
     default: {
       if (!specular_) return rough_dielectric().sample(wo, sampler, out);
@@ -122,7 +202,7 @@ bool Bsdf::sample_any(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
   }
 }
 
-int Bsdf::beams(const Vec3& wo, Beam out[kMostBeams]) const {
+int Bsdf::beams_of_lobes(const Vec3& wo, Beam out[kMostBeams]) const {
   switch (material_.kind) {
     case MaterialKind::Mirror: out[0] = {reflect(wo), reflectance_}; return 1;
     case MaterialKind::Conductor:
@@ -130,7 +210,7 @@ int Bsdf::beams(const Vec3& wo, Beam out[kMostBeams]) const {
       out[0] = {reflect(wo), reflectance_of(material_, reflectance_, wo.z)};
       return 1;
     case MaterialKind::Plastic:
-      if (!material_.smooth()) return 0;
+      if (roughness_ >= kLeastRoughness) return 0;
       out[0] = {reflect(wo), Rgb(plastic().mirrored(wo))};
       return 1;
     case MaterialKind::Dielectric: {
@@ -156,7 +236,7 @@ int Bsdf::beams(const Vec3& wo, Beam out[kMostBeams]) const {
   }
 }
 
-bool Bsdf::sample_glossy(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
+bool Bsdf::sample_glossy_lobes(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
   switch (material_.kind) {
     case MaterialKind::Conductor:
     case MaterialKind::Dielectric: return !specular_ && sample(wo, sampler, out);

@@ -1,19 +1,22 @@
 // Scattering at one point of a surface, in the local frame whose z axis is the normal on the viewer's side.
+//
+// With a normal map the lobes stand about the map's normal. Directions must lie on the same side of it as of the surface
+// itself: what is scattered to the other side is lost, so that no light leaks through, and none is made. Where a mirror
+// about the map's normal would point into the surface, the normal is turned until that grazes it: Keller et al., "The
+// Iray Light Transport Simulation and Rendering System", SIGGRAPH 2017 talks, appendix A.3.
 #pragma once
 
 #include "shading/basis.h"
 #include "shading/hemisphere.h"
 #include "shading/medium.h"
 #include "shading/sample.h"
+#include "shading/textured.h"
 
 namespace tilecast {
 
 class Plastic;
 class RoughConductor;
 class RoughDielectric;
-
-// What the texture or the material says at this point.
-Rgb reflectance_at(const Scene& scene, const Surface& surface, const Material& material);
 
 // A single direction into which a part of the light goes, as from a mirror or through glass.
 struct Beam {
@@ -56,17 +59,28 @@ class Bsdf {
  private:
   Bsdf(const Scene& scene, const Surface& surface, const Material& material, const Boundary& boundary)
       : scene_(scene), surface_(surface), material_(material), boundary_(boundary),
-        reflectance_(reflectance_at(scene, surface, material)),
-        lambert_(material.kind == MaterialKind::Diffuse && material.roughness == 0.0),
-        specular_(!lambert_ && is_specular()) {}
+        reflectance_(material.reflectance), roughness_(material.roughness),
+        lambert_(material.kind == MaterialKind::Diffuse && material.roughness == 0.0) {
+    if (material.textured) look_up();
+    specular_ = !lambert_ && is_specular();
+  }
 
   Bsdf part(int i) const { return {scene_, surface_, scene_.materials[material_.parts[i]], boundary_}; }
   Rgb tint() const { return material_.texture < 0 ? material_.tint : reflectance_; }
+  void look_up();
   Rgb evaluate_any(const Vec3& wo, const Vec3& wi, double& pdf) const;
   bool sample_any(const Vec3& wo, Sampler& sampler, BsdfSample& out) const;
+  // About the normal that the lobes stand about.
+  Rgb evaluate_lobes(const Vec3& wo, const Vec3& wi, double& pdf) const;
+  bool weigh_lobes(const Vec3& wo, BsdfSample& out) const;
+  bool sample_lobes(const Vec3& wo, Sampler& sampler, BsdfSample& out) const;
+  bool sample_glossy_lobes(const Vec3& wo, Sampler& sampler, BsdfSample& out) const;
+  int beams_of_lobes(const Vec3& wo, Beam out[kMostBeams]) const;
+  Basis tilted(const Vec3& wo) const;
   int choose_part(Sampler& sampler) const;
   bool is_specular() const;
   bool rough_glass() const;
+  double roughness_level(int& low, int& high) const;
   RoughConductor rough_conductor() const;
   RoughDielectric rough_dielectric() const;  // with the energies of the two media that meet here
   Plastic plastic() const;
@@ -76,6 +90,9 @@ class Bsdf {
   const Material& material_;
   const Boundary& boundary_;
   Rgb reflectance_;
+  double roughness_;
+  Vec3 normal_;          // of the normal map, where there is one
+  bool mapped_ = false;  // there is
   bool lambert_;  // the commonest kind, which is not to wait for the others
   bool specular_;
 };

@@ -6,7 +6,7 @@
 // of a uniform radiance. White pigment then gives back all light.
 #pragma once
 
-#include "optics/energy.h"
+#include "optics/energy_between.h"
 #include "optics/fresnel.h"
 #include "optics/microfacet.h"
 #include "scene/material.h"
@@ -17,9 +17,10 @@ namespace tilecast {
 
 class Plastic {
  public:
-  Plastic(const Material& material, const Rgb& reflectance, const CoatEnergy& energy)
-      : ior_(material.ior), smooth_(material.smooth()), ggx_(material.roughness), energy_(energy),
-        body_(reflectance * (1.0 - energy.inner) / (1.0 - reflectance * energy.inner)) {}
+  // reflection: of the coat; inner: of diffuse light from below, back down.
+  Plastic(double ior, const Rgb& reflectance, double roughness, const EnergyBetween& reflection, double inner)
+      : ior_(ior), smooth_(roughness < kLeastRoughness), ggx_(roughness), reflection_(reflection),
+        body_(reflectance * (1.0 - inner) / (1.0 - reflectance * inner)) {}
 
   // By the smooth coat, in one direction.
   double mirrored(const Vec3& wo) const { return smooth_ ? reflection(wo.z) : 0.0; }
@@ -28,7 +29,7 @@ class Plastic {
   Rgb evaluate(const Vec3& wo, const Vec3& wi, double& pdf) const {
     const double coat = share_of_coat(wo), around = wi.z * kInvPi;
     pdf = (1.0 - coat) * around;
-    const double in = 1.0 - reflection(wi.z), out = 1.0 - reflection(wo.z), average = 1.0 - energy_.reflection.average();
+    const double in = 1.0 - reflection(wi.z), out = 1.0 - reflection(wo.z), average = 1.0 - reflection_.average();
     Rgb f = body_ * (in * out / average * around);
     if (smooth_) return f;
     Vec3 m = glm::normalize(wo + wi);
@@ -52,7 +53,7 @@ class Plastic {
 
  private:
   double reflection(double cosine) const {
-    return smooth_ ? fresnel_dielectric(std::min(1.0, cosine), ior_).reflectance : energy_.reflection.at(cosine);
+    return smooth_ ? fresnel_dielectric(std::min(1.0, cosine), ior_).reflectance : reflection_.at(cosine);
   }
   // How often sample() takes the coat: as much as it reflects of all that is reflected.
   double share_of_coat(const Vec3& wo) const {
@@ -63,7 +64,7 @@ class Plastic {
   double ior_;
   bool smooth_;
   Ggx ggx_;
-  const CoatEnergy& energy_;
+  EnergyBetween reflection_;
   Rgb body_;  // reflected in the end, of what gets in
 };
 

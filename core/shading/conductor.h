@@ -1,7 +1,7 @@
 // A rough metal: microfacets of GGX's distribution, and what they reflect more than once (see optics/energy.h).
 #pragma once
 
-#include "optics/energy.h"
+#include "optics/energy_between.h"
 #include "optics/fresnel.h"
 #include "optics/microfacet.h"
 #include "scene/material.h"
@@ -20,8 +20,8 @@ inline Rgb reflectance_of(const Material& metal, const Rgb& reflectance, double 
 
 class RoughConductor {
  public:
-  RoughConductor(const Material& metal, const Rgb& reflectance, const EnergyTable& loss)
-      : metal_(metal), reflectance_(reflectance), ggx_(metal.roughness), loss_(loss) {}
+  RoughConductor(const Material& metal, const Rgb& reflectance, double roughness, const EnergyBetween& loss)
+      : metal_(metal), reflectance_(reflectance), ggx_(roughness), loss_(loss) {}
 
   // f |cos|, and the density with which sample() takes wi.
   Rgb evaluate(const Vec3& wo, const Vec3& wi, double& pdf) const {
@@ -50,7 +50,7 @@ class RoughConductor {
   const Material& metal_;
   Rgb reflectance_;
   Ggx ggx_;
-  const EnergyTable& loss_;
+  EnergyBetween loss_;
 };
 
 }  // namespace tilecast

@@ -19,7 +19,7 @@ std::shared_ptr<const Scene> showcase(Integrator integrator, uint32_t seed) {
   SceneBuilder builder;
   int glass = builder.add_material({MaterialKind::Dielectric, Rgb(0.8), -1, 0.0, 1.5, Rgb(0.1, 0.2, 0.3)});
   int metal = builder.add_material({MaterialKind::Conductor, Rgb(0.9, 0.7, 0.3), -1, 0.3});
-  int checked = builder.add_material({MaterialKind::Diffuse, Rgb(0.8), builder.add_checker({})});
+  int checked = builder.add_material({MaterialKind::Diffuse, Rgb(0.8), builder.add_texture(Checker{})});
   int lamp = builder.add_material({MaterialKind::Diffuse, Rgb(0.0), -1, 0.0, 1.5, Rgb(0.0), Rgb(8.0)});
   uint32_t block = builder.add_solid(Block{Vec3(-0.7), Vec3(0.7)}), sphere = builder.add_solid(Sphere{0.9});
   uint32_t drill = builder.add_solid(Cylinder{0.4, 3.0}), floor = builder.add_rectangle(8, 8), panel = builder.add_rectangle(1, 1);

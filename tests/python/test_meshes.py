@@ -38,7 +38,7 @@ SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
 
 @pytest.mark.parametrize("kind", ["ply", "obj", "stl", "glb"])
 def test_a_sphere_comes_back_from_every_format(kind):
-    vertices, faces = meshes.load(exported(kind), f"sphere.{kind}")
+    vertices, faces, _ = meshes.load(exported(kind), f"sphere.{kind}")
     assert vertices.dtype == np.float64 and faces.dtype == np.uint32
     assert faces.shape == (80, 3)
     assert np.allclose(np.linalg.norm(vertices, axis=1), 1, atol=1e-6)
@@ -58,10 +58,10 @@ def test_every_format_is_closed_enough_for_csg(kind, tmp_path):
 
 
 def test_faces_of_many_corners_are_cut_into_triangles():
-    _, faces = meshes.load(ply(SQUARE, [(0, 1, 2, 3)]), "square.ply")
+    _, faces, _ = meshes.load(ply(SQUARE, [(0, 1, 2, 3)]), "square.ply")
     assert len(faces) == 2
     obj = b"v 0 0 0\nv 2 0 0\nv 3 1 0\nv 1 3 0\nv 0 1 0\nf 1 2 3 4 5\nf 1 2 3\nf -5 -4 -3 -2\n"
-    vertices, faces = meshes.load(obj, "mixed.obj")
+    vertices, faces, _ = meshes.load(obj, "mixed.obj")
     assert len(faces) == 3 + 1 + 2
     assert faces.max() < len(vertices)
 
@@ -71,7 +71,7 @@ def test_a_glb_keeps_the_places_of_its_nodes(tmp_path):
     box = trimesh.creation.box()
     scene.add_geometry(box, transform=trimesh.transformations.translation_matrix([5, 0, 0]))
     scene.add_geometry(box, transform=np.diag([-2.0, 1, 1, 1]))  # mirrored: its faces turn around
-    vertices, faces = meshes.load(scene.export(file_type="glb"), "two.glb")
+    vertices, faces, _ = meshes.load(scene.export(file_type="glb"), "two.glb")
     corners = vertices[faces]
     volume = np.einsum("ni,ni->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
     assert volume == pytest.approx(1 + 2)
@@ -120,7 +120,7 @@ def test_a_damaged_file_is_a_mesh_or_refused(kind, length, changes):
     for at, value in changes if data else ():
         data[at % len(data)] = value
     try:
-        vertices, faces = meshes.load(bytes(data), f"a.{kind}")
+        vertices, faces, _ = meshes.load(bytes(data), f"a.{kind}", with_uvs=True)
     except SceneError:
         return
     assert np.isfinite(vertices).all() and faces.max() < len(vertices)

@@ -165,7 +165,7 @@ def refused(document) -> SceneError:
     ('background={"type": "sky", "sun_direction": [1, -1, 0]}', "background.sun_direction[1]", "below the horizon"),
     ('background={"type": "sky", "turbidity": 1}', "background.turbidity", "must be at least 2, got 1"),
     ('background={"type": "image"}', "background.file", "is required"),
-    ('background={"type": "image", "file": "a.jpg"}', "background.file", "must end in .exr, .hdr, .png"),
+    ('background={"type": "image", "file": "a.bmp"}', "background.file", "must end in .exr, .hdr, .png"),
     ('background={"type": "image", "file": "../a.exr"}', "background.file", "must be relative to the scene's folder"),
     ('background={"type": "image", "file": "a.exr", "scale": -1}', "background.scale", "must be at least 0, got -1"),
     # Names

@@ -4,7 +4,7 @@ transforms."""
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from . import schema, transforms
@@ -27,6 +27,16 @@ def walk(scene: schema.Scene) -> Iterator[tuple[Path, Any]]:
     for index, node in enumerate(scene.lights):
         if isinstance(node, schema.AreaLight):
             yield from below(("lights", index), node)
+
+
+def materials(scene: schema.Scene, nodes: Iterable[tuple[Path, Any]]) -> Iterator[tuple[Path, Any]]:
+    """Every material with its path: under `materials`, and in place at nodes of `walk`."""
+    for name, material in scene.materials.items():
+        yield ("materials", name), material
+    for path, node in nodes:
+        material = getattr(node, "material", None)
+        if material is not None and not isinstance(material, str):
+            yield (*path, "material"), material
 
 
 def below(path: Path, node: Any) -> Iterator[tuple[Path, Any]]:
@@ -62,9 +72,7 @@ def _names(scene: schema.Scene, nodes: list[tuple[Path, Any]]) -> Iterator[tuple
 def _blends(scene: schema.Scene, nodes: list[tuple[Path, Any]]) -> Iterator[tuple[Path, str]]:
     """What a blend takes: names that are there, of materials that are no mixtures, shine and let through nothing by
     themselves, and one dielectric at most."""
-    materials = [(("materials", name), material) for name, material in scene.materials.items()]
-    materials += [((*path, "material"), node.material) for path, node in nodes if hasattr(node, "material")]
-    for path, material in materials:
+    for path, material in materials(scene, nodes):
         if not isinstance(material, schema.Blend):
             continue
         parts = [scene.materials.get(part) if isinstance(part, str) else part for part in material.of]
@@ -74,8 +82,10 @@ def _blends(scene: schema.Scene, nodes: list[tuple[Path, Any]]) -> Iterator[tupl
                 yield at, _unknown(given, scene.materials, "material", "materials")
             elif isinstance(part, (schema.Blend, schema.Principled)):
                 yield at, f"is a {part.type}: a blend takes materials that are no mixtures themselves"
-            elif any(part.emission) or part.opacity < 1:
+            elif isinstance(part.emission, schema.Model) or any(part.emission) or part.opacity != 1:
                 yield at, "shines or lets light through: emission and opacity belong to the blend"
+            elif part.normal_map is not None:
+                yield (*at, "normal_map"), "belongs to the blend, not to the materials that it takes"
         if all(isinstance(part, schema.Dielectric) for part in parts):
             yield (*path, "of", 1), "is a second dielectric: what is inside of a blend can be of one kind alone"
 

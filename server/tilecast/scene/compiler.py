@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
-import re
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,11 +11,13 @@ import numpy as np
 
 from .. import _core
 from . import checks, images, meshes, schema, transforms
+from .appearance import Appearance, uses_uvs
+from .core_errors import at
 from .errors import SceneError
 from .lighting import add_light, core_camera
 from .mesh_files import OpenFile, read_file
 from .parsing import collector_paused
-from .paths import parse as parse_path, text
+from .paths import text
 from .views import shown_as
 
 Path = checks.Path
@@ -73,30 +73,9 @@ def compile(scene: schema.Scene, open_file: OpenFile, max_triangles: int | None 
     work = _Compiler(scene, open_file, max_triangles)
     with collector_paused():
         core = work.run()
-    seconds = {"load": work.load_seconds, "compile": time.perf_counter() - start - work.load_seconds}
+    load = work.load_seconds + work.appearance.load_seconds
+    seconds = {"load": load, "compile": time.perf_counter() - start - load}
     return Compiled(core, scene, seconds)
-
-
-# The core says what is wrong and, where it lies deeper than the object itself, first where: "of[1].transform:
-# ...".
-_DEEPER = re.compile(r"(?P<at>[a-z_]+(?:\[\d+\])*(?:\.[a-z_]+(?:\[\d+\])*)*): (?P<message>.+)", re.DOTALL)
-
-
-@contextlib.contextmanager
-def _at(path: Path, of: Sequence[Path] = ()) -> Iterator[None]:
-    """Errors of the core become errors at `path`, or below it. `of`: the paths of what the core knows as
-    of[i], where that is not the key under which the scene has it."""
-    try:
-        yield
-    except _core.Error as error:
-        message = str(error)
-        match = _DEEPER.fullmatch(message)
-        if match is None:
-            raise SceneError(path, message) from None
-        deeper = parse_path(match["at"])
-        if of and deeper[0] == "of":
-            path, deeper = of[deeper[1]], deeper[2:]
-        raise SceneError((*path, *deeper), match["message"]) from None
 
 
 @dataclass(frozen=True)
@@ -115,9 +94,11 @@ class _Compiler:
         self.triangles = 0
         self.builder = _core.SceneBuilder()
         self.load_seconds = 0.0
+        self.appearance = Appearance(scene, self.builder, open_file)
+        self.with_uvs = uses_uvs([material for _, material in checks.materials(scene, checks.walk(scene))])
         self.named: dict[str, _Placed] = {}
-        self.materials: dict[str, int] = {}
-        self.files: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+        self.files: dict[str, meshes.Triangles] = {}
+        self.mesh_paths: dict[int, Path] = {}
 
     def run(self) -> _core.Scene:
         scene, builder = self.scene, self.builder
@@ -131,20 +112,23 @@ class _Compiler:
         placed = self._place([*seen, *area])
         materials = [node.material for node in placed[:len(seen)]] + [self._shine(light) for _, light in area]
         if _INHERIT in materials:
-            grey = self._material(("scene",), _GREY)
+            grey = self.appearance.material(("scene",), _GREY)
             materials = [grey if material == _INHERIT else material for material in materials]
-        with _at((), of=[path for path, _ in (*seen, *area)]):
+        with at((), of=[path for path, _ in (*seen, *area)]):
             root = builder.group(*_arrays(placed, materials), accelerator=self._accelerator(None))
+        for handle in builder.without_uvs(root) if self.with_uvs else ():
+            raise SceneError(self.mesh_paths[handle], "has no texture coordinates, but its material has a texture that "
+                                                      "asks for them: give the mesh uvs, or the material other textures")
         for path, light in lights:
-            with _at(path):
+            with at(path):
                 add_light(builder, light)
         self._background()
-        with _at(("camera",)):
+        with at(("camera",)):
             builder.camera(core_camera(scene.camera, scene.image))
         builder.filter(scene.image.filter)
         settings = scene.render
         reach = {} if settings.ao_distance is None else {"ao_distance": settings.ao_distance}
-        with _at(()):
+        with at(()):
             return builder.build(root, integrator=settings.integrator, max_depth=settings.max_depth,
                                  seed=settings.seed, next_event=settings.next_event, **reach)
 
@@ -178,7 +162,7 @@ class _Compiler:
 
     def _own(self, path: Path, node: Any) -> int:
         material = getattr(node, "material", None)  # an area light has none here
-        return _INHERIT if material is None else self._material((*path, "material"), material)
+        return _INHERIT if material is None else self.appearance.material((*path, "material"), material)
 
     def _inner(self, nodes: Sequence[tuple[Path, Any]]) -> list[_Placed]:
         """What each node places, before its own transform."""
@@ -202,20 +186,22 @@ class _Compiler:
         builder, accelerator = self.builder, self._accelerator(getattr(node, "accelerator", None))
         match node:
             case schema.Mesh():
-                vertices, faces = self._mesh(path, node)
-                self.triangles += len(faces)
+                mesh = self._mesh(path, node)
+                self.triangles += len(mesh.faces)
                 if self.max_triangles is not None and self.triangles > self.max_triangles:
                     raise SceneError(path, f"brings the scene to {self.triangles:,} triangles, more than the "
                                            f"{self.max_triangles:,} that are allowed here")
-                with _at(path):
-                    return builder.mesh(vertices, faces, accelerator=accelerator)
+                with at(path):
+                    handle = builder.mesh(mesh.vertices, mesh.faces, accelerator=accelerator, uvs=mesh.uvs)
+                self.mesh_paths[handle] = path
+                return handle
             case schema.Group() | schema.Union() | schema.Intersection() | schema.Difference():
                 arrays = _arrays(placed := self._operands(path, node), [child.material for child in placed])
-                with _at(path):
+                with at(path):
                     if node.type == "group":
                         return builder.group(*arrays, accelerator=accelerator)
                     return builder.csg(node.type, *arrays)
-        with _at(path):
+        with at(path):
             match node:
                 case schema.Sphere():
                     return builder.sphere(node.radius)
@@ -246,7 +232,7 @@ class _Compiler:
 
     def _background(self) -> None:
         background = self.scene.background
-        with _at(("background",)):
+        with at(("background",)):
             match background:
                 case schema.ImageBackground():
                     start = time.perf_counter()
@@ -269,69 +255,28 @@ class _Compiler:
                 case _:
                     self.builder.background(background)
 
-    def _mesh(self, path: Path, node: schema.Mesh) -> tuple[np.ndarray, np.ndarray]:
+    def _mesh(self, path: Path, node: schema.Mesh) -> meshes.Triangles:
         if node.file is None:
-            return np.array(node.vertices, np.float64).reshape(-1, 3), np.array(node.faces, np.uint32).reshape(-1, 3)
+            vertices, faces = np.array(node.vertices, np.float64), np.array(node.faces, np.uint32)
+            uvs = None
+            if self.with_uvs and node.uvs is not None:
+                uvs = np.array(node.uvs, np.float32)[faces if node.uv_faces is None else np.array(node.uv_faces, np.uint32)]
+            return meshes.Triangles(vertices.reshape(-1, 3), faces.reshape(-1, 3), uvs)
         if node.file not in self.files:
             start = time.perf_counter()
             where = text((*path, "file"))
             data = read_file(self.open_file, node.file, where)
             try:
-                self.files[node.file] = meshes.load(data, node.file)
+                self.files[node.file] = meshes.load(data, node.file, self.with_uvs)
             except SceneError as error:
                 raise SceneError(where, error.message) from None
             self.load_seconds += time.perf_counter() - start
         return self.files[node.file]
 
-    def _material(self, path: Path, material: str | schema.Material) -> int:
-        """The handle of a material: by its name, or by its content where it stands in place."""
-        if isinstance(material, str):
-            key, path, material = "name " + material, ("materials", material), self.scene.materials[material]
-        else:
-            key = material.model_dump_json()
-        if key not in self.materials:
-            with _at(path):
-                self.materials[key] = self._new_material(path, material)
-        return self.materials[key]
-
-    def _new_material(self, path: Path, material: schema.Material) -> int:
-        builder = self.builder
-        common = {"emission": material.emission, "opacity": material.opacity}
-        match material:
-            case schema.Blend():
-                parts = [self._material((*path, "of", index), part) for index, part in enumerate(material.of)]
-                return builder.blend(parts, [1 - material.weight, material.weight], **common)
-            case schema.Principled():
-                colour, metallic, clear = self._colour(material.base_color), material.metallic, material.transmission
-                rough = {"roughness": material.roughness}
-                tint = {"tint" if key == "reflectance" else key: value for key, value in colour.items()}
-                shares = {"conductor": metallic, "plastic": (1 - metallic) * (1 - clear),
-                          "dielectric": (1 - metallic) * clear}
-                settings = {"conductor": rough | colour, "plastic": rough | colour | {"ior": material.ior},
-                            "dielectric": rough | tint | {"ior": material.ior}}
-                kinds = [kind for kind, share in shares.items() if share > 0]
-                if len(kinds) == 1:
-                    return builder.material(kinds[0], **settings[kinds[0]], **common)
-                parts = [builder.material(kind, **settings[kind]) for kind in kinds]
-                return builder.blend(parts, [shares[kind] for kind in kinds], **common)
-            case schema.Conductor() if index := material.index():
-                return builder.material("conductor", eta=index[0], k=index[1], roughness=material.roughness, **common)
-        settings = {name: getattr(material, name) for name in type(material).model_fields
-                    if name not in ("type", "reflectance", "metal", "eta", "k")}
-        if hasattr(material, "reflectance"):
-            settings |= self._colour(material.reflectance)
-        return builder.material(material.type, **settings)
-
-    def _colour(self, reflectance: list[float] | schema.Checker) -> dict[str, Any]:
-        """A reflectance as the core's settings: a colour, or the handle of a texture."""
-        if isinstance(reflectance, schema.Checker):
-            return {"texture": self.builder.checker(reflectance.even, reflectance.odd, reflectance.size)}
-        return {"reflectance": reflectance}
-
     def _shine(self, light: schema.AreaLight) -> int:
         """The material of an area light: black, and it emits."""
         black = schema.Diffuse(type="diffuse", reflectance=[0.0, 0.0, 0.0], emission=light.radiance)
-        return self._material(("lights",), black)
+        return self.appearance.material(("lights",), black)
 
 
 def _arrays(placed: Sequence[_Placed], materials: Sequence[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

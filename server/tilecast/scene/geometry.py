@@ -10,7 +10,7 @@ from pathlib import PurePosixPath, PureWindowsPath
 import numpy as np
 
 MESHES = ("ply", "obj", "stl", "glb")
-IMAGES = ("exr", "hdr", "png")
+IMAGES = ("exr", "hdr", "png", "jpg", "jpeg")
 
 _ASSET = re.compile(r"sha256:[0-9a-f]{64}\.[a-z]+")
 
@@ -40,13 +40,34 @@ def check_faces(vertices: list[list[float]], faces: list[list[int]]) -> tuple[tu
     """What is wrong with inline faces, as (path below the mesh, message); None if nothing is."""
     if not faces:
         return ("faces",), "must not be empty: a mesh has at least one face"
+    return _check_indices("faces", faces, len(vertices), "vertices")
+
+
+def check_uvs(vertices: list | None, faces: list | None, uvs: list | None, uv_faces: list | None
+              ) -> tuple[tuple[str | int, ...], str] | None:
+    """The same of inline texture coordinates."""
+    if uvs is None:
+        return None if uv_faces is None else (("uv_faces",), "needs uvs as well")
+    if vertices is None:
+        return ("uvs",), "belong to vertices and faces in place: a file brings its own"
+    if uv_faces is None:
+        if len(uvs) != len(vertices):
+            return ("uvs",), (f"must be as many as the {len(vertices)} vertices where there are no uv_faces, "
+                              f"got {len(uvs)}")
+        return None
+    if len(uv_faces) != len(faces):
+        return ("uv_faces",), f"must be as many as the {len(faces)} faces, got {len(uv_faces)}"
+    return _check_indices("uv_faces", uv_faces, len(uvs), "uvs")
+
+
+def _check_indices(key: str, faces: list[list[int]], count: int, what: str) -> tuple[tuple[str | int, ...], str] | None:
     try:
         indices = np.array(faces, np.int64)
     except OverflowError:  # an index beyond 64 bits: look for it one by one
-        indices = np.clip(np.array(faces, object), -1, len(vertices)).astype(np.int64)
-    wrong = np.argwhere((indices < 0) | (indices >= len(vertices)))
+        indices = np.clip(np.array(faces, object), -1, count).astype(np.int64)
+    wrong = np.argwhere((indices < 0) | (indices >= count))
     if len(wrong):
         face, corner = map(int, wrong[0])
-        return (("faces", face, corner),
-                f"must be the index of one of the {len(vertices)} vertices (from 0), got {faces[face][corner]}")
+        return ((key, face, corner),
+                f"must be the index of one of the {count} {what} (from 0), got {faces[face][corner]}")
     return None

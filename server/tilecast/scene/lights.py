@@ -76,8 +76,8 @@ class ImageBackground(Model):
     of that. Values below 0 count as 0."""
     type: Literal["image"]
     file: str
-    """A file beside the scene (EXR, HDR, PNG); on a server an uploaded asset, sha256:<64 hex digits>.<extension>.
-    Those of a PNG are taken for sRGB."""
+    """A file beside the scene (EXR, HDR, PNG, JPEG); on a server an uploaded asset, sha256:<64 hex digits>.<extension>.
+    Those of a PNG or JPEG are taken for sRGB."""
     rotation: Annotated[float, Field(ge=-1e6, le=1e6)] = 0.0
     """Degrees about +y, counter-clockwise as seen from above."""
     scale: Annotated[float, Field(ge=0, le=1e20)] = 1.0

@@ -9,20 +9,9 @@ from pydantic import Field, model_validator
 from typing_extensions import TypeAliasType
 
 from .fields import (
-    Colour, Fraction, Model, Name, Positive, Radiance, choice, fault, list_of, list_or_inline, name_or_inline, whole)
+    Colour, Fraction, Model, Name, Radiance, choice, fault, list_of, list_or_inline, name_or_inline, whole)
 from .metals import METALS
-
-
-class Checker(Model):
-    """Cubes of two colours in turn, in the object's own space."""
-    type: Literal["checker"]
-    even: Colour
-    odd: Colour
-    size: Positive = 1.0
-    """The side of a cube, metres."""
-
-
-Reflectance = TypeAliasType("Reflectance", choice(list_or_inline, list=Colour, inline=Checker))
+from .textures import Checker, EmissionImage, Gradient, NormalMap, Reflectance, Scalar
 
 
 Index = TypeAliasType("Index", list_of(
@@ -32,12 +21,17 @@ Extinction = TypeAliasType("Extinction", list_of(
 CoatIndex = Annotated[float, Field(ge=1, le=1e3)]
 
 
+Emission = TypeAliasType("Emission", choice(list_or_inline, list=Radiance, inline=EmissionImage))
+
+
 class _Material(Model):
-    emission: Radiance = [0.0, 0.0, 0.0]
+    emission: Emission = [0.0, 0.0, 0.0]
     """Radiance that leaves the side to which the surface's normal points."""
-    opacity: Fraction = 1.0
+    opacity: Scalar = 1.0
     """Part of the light that meets the surface; the rest goes straight on, as through a fine net, and its path has no
-    segment more."""
+    segment more. By a texture, shapes are cut out."""
+    normal_map: NormalMap | None = None
+    """Bends the normal that light is scattered about. What would be scattered into the surface is lost."""
 
 
 class Diffuse(_Material):
@@ -45,7 +39,7 @@ class Diffuse(_Material):
     came from (Oren and Nayar's model, in its energy-preserving form)."""
     type: Literal["diffuse"]
     reflectance: Reflectance = [0.8, 0.8, 0.8]
-    roughness: Fraction = 0.0
+    roughness: Scalar = 0.0
 
 
 class Mirror(_Material):
@@ -64,7 +58,7 @@ class Conductor(_Material):
     """Real part of the index of refraction over that of what is around, for red, green and blue."""
     k: Extinction | None = None
     """Its imaginary part."""
-    roughness: Fraction = 0.0
+    roughness: Scalar = 0.0
     """0: polished; the alpha of GGX's distribution is its square."""
 
     @model_validator(mode="after")
@@ -105,7 +99,7 @@ class Plastic(_Material):
     """Of the pigment."""
     ior: CoatIndex = 1.5
     """Index of refraction of the coat over that of what is around."""
-    roughness: Fraction = 0.0
+    roughness: Scalar = 0.0
     """Of the coat's surface. 0: polished; the alpha of GGX's distribution is its square."""
 
 
@@ -122,7 +116,15 @@ class Phong(_Material):
 
     @model_validator(mode="after")
     def _not_more_than_all(self):
-        colours = [self.reflectance] if isinstance(self.reflectance, list) else [self.reflectance.even, self.reflectance.odd]
+        match self.reflectance:
+            case list():
+                colours = [self.reflectance]
+            case Checker():
+                colours = [self.reflectance.even, self.reflectance.odd]
+            case Gradient():
+                colours = [self.reflectance.start, self.reflectance.end]
+            case _:
+                return self  # the core sees the image's pixels
         for channel, specular in enumerate(self.specular):
             most = max(colour[channel] for colour in colours)
             if most + specular > 1 + 1e-12:
@@ -138,10 +140,16 @@ class Principled(_Material):
     """Of the metal's reflection, of the plastic's pigment, and of what goes through the glass's surface."""
     metallic: Fraction = 0.0
     """How much of it is metal."""
-    roughness: Fraction = 0.5
+    roughness: Scalar = 0.5
     transmission: Fraction = 0.0
     """How much of what is no metal is glass instead of plastic."""
     ior: CoatIndex = 1.5
+
+    @model_validator(mode="after")
+    def _glass_of_one_roughness(self):
+        if self.transmission > 0 and self.metallic < 1 and isinstance(self.roughness, Model):
+            raise fault("must be a number where transmission is above 0: glass takes no texture here", "roughness")
+        return self
 
 
 class Blend(_Material):

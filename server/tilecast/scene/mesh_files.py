@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from . import geometry, schema
-from .checks import walk
+from .checks import materials, walk
 from .errors import SceneError
 from .paths import text
+from .textures import textures
 
 OpenFile = Callable[[str], bytes]
 
@@ -21,6 +22,8 @@ def files(scene: schema.Scene) -> dict[str, str]:
     """The files of a scene, used or not: JSON path of the key -> file."""
     found = {text((*path, "file")): node.file for path, node in walk(scene)
              if isinstance(node, schema.Mesh) and node.file is not None}
+    for path, material in materials(scene, walk(scene)):
+        found |= {text((*path, *at, "file")): texture.file for at, texture in textures(material) if hasattr(texture, "file")}
     if isinstance(scene.background, schema.ImageBackground):
         found["background.file"] = scene.background.file
     return found

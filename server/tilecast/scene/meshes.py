@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import re
 from pathlib import PurePosixPath
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,11 +13,20 @@ from .errors import SceneError
 
 _OBJ_ZERO = re.compile(rb"^f[ \t][^\n]*?(?<=[ \t])0(?=[/\s]|$)", re.MULTILINE)
 _MOST_VERTICES = 2**32 - 1  # indices have 32 bits
+_MOST_UV = 1e6
 
 
-def load(data: bytes, file: str) -> tuple[np.ndarray, np.ndarray]:
-    """The triangles in the bytes of a PLY, OBJ, STL or GLB file: vertices float64 [n, 3], faces uint32 [m,
-    3].
+class Triangles(NamedTuple):
+    vertices: np.ndarray
+    """float64 [n, 3]"""
+    faces: np.ndarray
+    """uint32 [m, 3]"""
+    uvs: np.ndarray | None = None
+    """float32 [m, 3, 2]: texture coordinates of the faces' corners, v upwards"""
+
+
+def load(data: bytes, file: str, with_uvs: bool = False) -> Triangles:
+    """The triangles in the bytes of a PLY, OBJ, STL or GLB file; `with_uvs`: with texture coordinates, if there are any.
 
     Faces of more corners are cut into triangles. Vertices are as the file has them: an STL repeats them for
     each face, others along the seams of a texture, and the core knows equal places for one. What is not a
@@ -25,7 +35,7 @@ def load(data: bytes, file: str) -> tuple[np.ndarray, np.ndarray]:
     kind = PurePosixPath(file).suffix[1:].lower()
     if not data:
         raise SceneError("", f"names the file {file!r}, which is empty")
-    vertices, faces = _read(data, kind, file)
+    vertices, faces, uvs = _read(data, kind, file, with_uvs)
     if not len(vertices) or not len(faces):
         raise SceneError("", f"names the file {file!r}, which holds no faces: it is cut off, or of another format")
     if len(vertices) > _MOST_VERTICES:
@@ -37,10 +47,10 @@ def load(data: bytes, file: str) -> tuple[np.ndarray, np.ndarray]:
     wrong = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
     if len(wrong):
         raise SceneError("", f"names the file {file!r}, whose vertex {wrong[0]} is NaN or infinite")
-    return vertices, faces.astype(np.uint32)
+    return Triangles(vertices, faces.astype(np.uint32), None if uvs is None else uvs[faces])
 
 
-def _read(data: bytes, kind: str, file: str) -> tuple[np.ndarray, np.ndarray]:
+def _read(data: bytes, kind: str, file: str, with_uvs: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     import trimesh  # late: it takes longer to import than most scenes to compile
 
     def corrupt(why: object) -> SceneError:
@@ -52,9 +62,10 @@ def _read(data: bytes, kind: str, file: str) -> tuple[np.ndarray, np.ndarray]:
     try:
         with np.errstate(all="ignore"):
             # process=False: nothing is merged, dropped or moved by a tolerance. An STL has no materials to
-            # skip.
-            skip = {} if kind == "stl" else {"skip_materials": True}
+            # skip; with those of a GLB it skips the texture coordinates.
+            skip = {} if kind == "stl" or (kind == "glb" and with_uvs) else {"skip_materials": True}
             loaded = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False, **skip)
+            uvs = _uvs(loaded) if with_uvs else None
             for geometry in loaded.geometry.values():
                 if isinstance(geometry, trimesh.Trimesh):
                     geometry.visual = trimesh.visual.ColorVisuals()  # to copy texture coordinates it wants Pillow
@@ -66,5 +77,24 @@ def _read(data: bytes, kind: str, file: str) -> tuple[np.ndarray, np.ndarray]:
     if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
         if vertices.size and faces.size:
             raise corrupt("its vertices or faces are not triples")
-        return np.empty((0, 3)), np.empty((0, 3), np.int64)
-    return vertices, faces
+        return np.empty((0, 3)), np.empty((0, 3), np.int64), None
+    if uvs is not None and len(uvs) != len(vertices):
+        raise corrupt("it has texture coordinates for some of its vertices only")
+    if uvs is not None and not (np.abs(uvs) <= _MOST_UV).all():  # NaN too
+        raise corrupt(f"it has texture coordinates that are beyond {_MOST_UV:g}")
+    return vertices, faces, uvs
+
+
+def _uvs(loaded: Any) -> np.ndarray | None:
+    """Texture coordinates of a scene's vertices in the order in which to_mesh() puts them together: float32 [n, 2]; None
+    where there are none."""
+    import trimesh
+
+    found = []
+    for node in loaded.graph.nodes_geometry:
+        geometry = loaded.geometry[loaded.graph[node][1]]
+        if isinstance(geometry, trimesh.Trimesh):
+            uv = getattr(geometry.visual, "uv", None)
+            if uv is not None and np.shape(uv) == (len(geometry.vertices), 2):
+                found.append(np.asarray(uv, np.float32))
+    return np.concatenate(found) if found else None

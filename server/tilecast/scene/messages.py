@@ -143,7 +143,9 @@ def _members(union: Any) -> tuple[type[BaseModel], ...]:
 
 _BY_TYPE = {get_args(model.model_fields["type"].annotation)[0]: model
             for model in (*_members(schema.Object), *_members(schema.Material), *_members(schema.Light),
-                          *_members(schema.Camera), schema.Checker, schema.ImageBackground, schema.SkyBackground)}
+                          *_members(schema.Camera), schema.Checker, schema.Gradient, schema.SkyBackground)}
+_IMAGES = {"background": schema.ImageBackground, "emission": schema.EmissionImage, "normal_map": schema.NormalMap,
+           "roughness": schema.ScalarImage, "opacity": schema.ScalarImage}
 _BY_PATH = {(): schema.Scene, ("image",): schema.Image, ("render",): schema.Render, ("render", "stop"): schema.Stop}
 _BY_KEY = {"object": schema.Reference, "translate": schema.Translate, "scale": schema.Scale,
            "rotate": schema.Rotate, "matrix": schema.MatrixStep, "axis": schema.AxisAngle}
@@ -154,6 +156,8 @@ def _known_keys(parent: Any, path: list[paths.Part]) -> list[str]:
     if not isinstance(parent, dict):
         return []
     kind = parent.get("type", "perspective" if list(path) == ["camera"] else None)
+    if kind == "image" and path:
+        return list(_IMAGES.get(path[-1], schema.ImageTexture).model_fields)
     model = _BY_PATH.get(tuple(path)) or (_BY_TYPE.get(kind) if isinstance(kind, str) else None)
     model = model or next((model for key, model in _BY_KEY.items() if key in parent), None)
     return list(model.model_fields) if model else []

@@ -10,8 +10,8 @@ from typing_extensions import TypeAliasType
 
 from .fields import (
     SMALLEST, Coordinate, Direction, Integer, Model, Name, NotNegative, Positive, Vector, choice, fault,
-    name_or_inline)
-from .geometry import MESHES, check_faces, check_file
+    list_of, name_or_inline)
+from .geometry import MESHES, check_faces, check_file, check_uvs
 from .materials import MaterialChoice
 from .steps import Transform
 
@@ -149,6 +149,10 @@ class Disk(_Object):
     radius: Positive
 
 
+TextureCoordinates = TypeAliasType("TextureCoordinates", list_of(
+    Annotated[float, Field(ge=-1e6, le=1e6)], 2, "u to the right, v upwards: from 0 to 1 over an image."))
+
+
 class Mesh(_Object):
     """Triangles: from a file, or `vertices` and `faces` in place."""
     type: Literal["mesh"]
@@ -158,6 +162,11 @@ class Mesh(_Object):
     vertices: list[Vector] | None = None
     faces: list[Annotated[list[Integer], Field(min_length=3, max_length=3)]] | None = None
     """Three indices into `vertices`, counter-clockwise as seen from outside."""
+    uvs: list[TextureCoordinates] | None = None
+    """Texture coordinates, for `vertices` and `faces` in place; a file brings its own. They only matter to textures: the
+    mesh is the same along seams."""
+    uv_faces: list[Annotated[list[Integer], Field(min_length=3, max_length=3)]] | None = None
+    """For each face three indices into `uvs`. If not given, those of `faces`."""
     accelerator: Accelerator | None = None
 
     @field_validator("file")
@@ -178,6 +187,9 @@ class Mesh(_Object):
             problem = check_faces(self.vertices, self.faces)
             if problem:
                 raise fault(problem[1], *problem[0])
+        problem = check_uvs(self.vertices, self.faces, self.uvs, self.uv_faces)
+        if problem:
+            raise fault(problem[1], *problem[0])
         return self
 
 

@@ -18,11 +18,13 @@ from .fields import Coordinate, Model, Name, Positive, fault, whole
 from .lights import (
     AreaLight, Background, DirectionalLight, ImageBackground, Light, PointLight, SkyBackground, SpotLight)
 from .materials import (
-    Blend, Checker, Conductor, Dielectric, Diffuse, Material, MaterialChoice, Mirror, Phong, Plastic, Principled)
+    Blend, Conductor, Dielectric, Diffuse, Material, MaterialChoice, Mirror, Phong, Plastic, Principled)
 from .objects import (
     Accelerator, Box, Capsule, Cone, Cylinder, Difference, Disk, Group, Grouping, Halfspace, Intersection, Mesh, Object,
     ObjectChoice, Placement, Quadric, Rectangle, Reference, Sphere, Torus, Union)
 from .steps import AxisAngle, MatrixStep, Rotate, Scale, Step, Transform, Translate
+from .textures import (
+    Checker, EmissionImage, Gradient, ImageTexture, NormalMap, ScalarChecker, ScalarGradient, ScalarImage)
 
 # --- Settings
 
