@@ -37,6 +37,7 @@ std::vector<uint8_t> encode(const std::string& format, const ImageInfo& info, st
 std::vector<float> read(const std::string& name, OIIO::Filesystem::IOProxy* proxy, size_t most, ImageInfo& info) {
   OIIO::ImageSpec wanted;
   wanted.attribute("oiio:UnassociatedAlpha", 1);  // colours as the file has them, not multiplied by its alpha channel
+  if (proxy) wanted.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);  // beside settings, it is looked for among them
   auto input = OIIO::ImageInput::open(name, &wanted, proxy);
   if (!input) throw Error("cannot read " + name + ": " + OIIO::geterror());
   const OIIO::ImageSpec& spec = input->spec();

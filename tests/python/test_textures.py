@@ -97,6 +97,13 @@ def test_png_is_srgb_and_exr_linear_unless_told(folder):
     assert albedo(folder, image("grey.png", colour_space="linear")) == pytest.approx([128 / 255] * 3, rel=1e-6)
 
 
+def test_colours_are_not_multiplied_by_the_alpha_channel(folder):
+    pixel = np.array([[[200, 100, 50, 20]]], np.uint8)
+    _core.write_image(str(folder / "faint.png"), pixel, list("RGBA"), {"oiio:UnassociatedAlpha": "1"})
+    faint = image("faint.png", colour_space="linear")
+    assert albedo(folder, faint) == pytest.approx([200 / 255, 100 / 255, 50 / 255], rel=1e-6)
+
+
 @pytest.mark.parametrize("shape, eye, up", [
     (PLATE, (0, 5, 0), (0, 0, -1)),
     ({"type": "disk", "radius": 1}, (0, 5, 0), (0, 0, -1)),
