@@ -102,7 +102,7 @@ def test_events_come_while_the_image_does(scene):
 
 
 def test_the_scene_s_own_stop_counts_unless_another_is_given():
-    scene = tilecast.load(quick(4096, stop={"relative_mse": 1000.0}))
+    scene = tilecast.load(diffuse(4096, stop={"relative_mse": 1000.0}))
     assert tilecast.render(scene).stats["samples"] == 16
     assert tilecast.render(scene, samples=64, stop=Stop()).stats["samples"] == 64
     assert tilecast.render(scene, samples=2**20, stop=Stop(seconds=0.2)).stats["seconds"]["render"] < 10
