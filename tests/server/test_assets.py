@@ -4,7 +4,10 @@ import hashlib
 import struct
 import threading
 
+import numpy as np
 from servers import refused, scene
+
+from tilecast import _core
 
 
 def tetrahedron(scale: float = 1.0) -> bytes:
@@ -79,6 +82,26 @@ def test_a_file_that_is_no_mesh_is_told_at_its_place(server):
         server.client.put(f"/v1/assets/{digest(data)}", content=data)
         problem = refused(server.client.post("/v1/jobs", json=with_mesh(data)), 422)
         assert problem["errors"][0]["path"].startswith("objects.ball")
+
+
+def test_an_image_of_a_texture_is_an_asset_and_told_at_its_place(server):
+    def with_image(data: bytes) -> dict:
+        document = scene()
+        document["scene"][0]["material"] = {
+            "type": "diffuse", "reflectance": {"type": "image", "file": f"sha256:{digest(data)}.png"}}
+        return document
+
+    white = _core.encode_image("png", np.full((2, 2, 3), 255, np.uint8), ["R", "G", "B"])
+    for data, expected in ((b"no image", 422), (white, 202)):
+        problem = refused(server.client.post("/v1/jobs", json=with_image(data)), 422)
+        assert problem["errors"][0]["path"] == "scene[0].material.reflectance.file"
+        server.client.put(f"/v1/assets/{digest(data)}", content=data)
+        answer = server.client.post("/v1/jobs", json=with_image(data))
+        assert answer.status_code == expected
+        if expected == 422:
+            assert refused(answer, 422)["errors"][0]["path"] == "scene[0].material.reflectance.file"
+    job = server.reach(answer.json(), "done")
+    assert "image_texture" in server.client.get(job["links"]["stats"]).json()["features"]["used"]
 
 
 def test_the_same_asset_sent_by_many_at_once_is_stored_once(server):
