@@ -38,6 +38,7 @@ inline double power_below_reciprocal(double x) {
 struct Frame {
   Vec3 centre{0.0};
   double scale = 1.0;  // metres per unit, a power of two
+  double per_metre = 1.0;  // 1 / scale, exact
 
   static Frame around(const Box& box) {
     Frame frame;
@@ -46,10 +47,11 @@ struct Frame {
     double half = std::max(max_abs(box.hi - frame.centre), max_abs(box.lo - frame.centre));
     if (half > 0.0 && std::isfinite(half)) frame.scale = std::ldexp(1.0, std::ilogb(half) + 1);
     frame.scale = std::clamp(frame.scale, 0x1p-500, 0x1p500);
+    frame.per_metre = 1.0 / frame.scale;
     return frame;
   }
 
-  Vec3 to_frame(const Vec3& p) const { return (p - centre) * (1.0 / scale); }
+  Vec3 to_frame(const Vec3& p) const { return (p - centre) * per_metre; }
   Vec3 from_frame(const Vec3& p) const { return centre + scale * p; }
 };
 
@@ -92,7 +94,7 @@ inline bool enter_near(const Frame& frame, const Ray& ray, NearLine& out) {
   double normalise = power_below_reciprocal(largest);
   out.direction = ray.direction * normalise;
   out.t_scale = frame.scale * normalise;
-  out.s_scale = 1.0 / out.t_scale;
+  out.s_scale = frame.per_metre * power_below(largest);
   out.t_start = -glm::dot(out.origin, out.direction) / glm::dot(out.direction, out.direction);
   out.start = out.origin + out.t_start * out.direction;
   // Content lies within sqrt(3) of the centre; !(<=) also catches NaN.

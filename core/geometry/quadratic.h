@@ -25,19 +25,34 @@ struct QuadraticRoots {
   }
 };
 
-// False where there are none, or only a double one, or where anything is not finite.
-inline bool solve(const Twofold& a, const Twofold& b, const Twofold& c, QuadraticRoots& out) {
+// The discriminant, its root and q; false where there are no zeros, or only a double one, or where anything is not finite.
+inline bool discriminate(const Twofold& a, const Twofold& b, const Twofold& c, QuadraticRoots& out, double& q) {
   // Fused, then the low parts: the rounding of one product is made good by the other's remainder.
   double product = a.hi * c.hi, remainder = std::fma(a.hi, c.hi, -product);
   double low = 2.0 * b.hi * b.lo - std::fma(a.hi, c.lo, a.lo * c.hi);
   out.discriminant = std::fma(b.hi, b.hi, -product) + (low - remainder);
   if (!(out.discriminant > 0.0)) return false;
   out.root = std::sqrt(out.discriminant);
-  double q = -(b.hi + std::copysign(out.root, b.hi) + b.lo);
+  q = -(b.hi + std::copysign(out.root, b.hi) + b.lo);
+  return true;
+}
+
+inline bool solve(const Twofold& a, const Twofold& b, const Twofold& c, QuadraticRoots& out) {
+  double q;
+  if (!discriminate(a, b, c, out, q)) return false;
   double first = q / (a.value() + 0.0);  // a zero is positive
   double second = c.value() / q;
   out.low = std::min(first, second);
   out.high = std::max(first, second);
+  return true;
+}
+
+// The higher or the lower zero alone, the same digits; a > 0, and the two must lie well apart.
+inline bool solve_one(const Twofold& a, const Twofold& b, const Twofold& c, bool higher, double& zero) {
+  QuadraticRoots roots;
+  double q;
+  if (!discriminate(a, b, c, roots, q)) return false;
+  zero = (q > 0.0) == higher ? q / a.value() : c.value() / q;
   return true;
 }
 

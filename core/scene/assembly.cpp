@@ -7,7 +7,20 @@ namespace tilecast {
 namespace {
 constexpr float kInstanceCost = 4.0f;  // the ray goes into its space first
 constexpr uint64_t kMostPrimitives = uint64_t(1) << 62;
+constexpr int kMostFlatsWithoutBoxes = 3;
+
+// A flat is asked faster than its box; meshes, CSG and groups look at a box of their own first.
+bool none_is_worth_a_box(const std::vector<Instance>& instances, const std::vector<Object>& objects) {
+  int flats = 0, others = 0;
+  for (const Instance& instance : instances) {
+    const Kind kind = objects[instance.object].kind;
+    if (kind == Kind::Solid) return false;
+    ++(kind == Kind::Flat ? flats : others);
+  }
+  return flats <= kMostFlatsWithoutBoxes && others <= 1;
 }
+
+}  // namespace
 
 Assembly Assembly::build(std::vector<Instance> instances, const std::vector<Object>& objects,
                          const AcceleratorChoice& choice, bool fold) {
@@ -32,6 +45,7 @@ Assembly Assembly::build(std::vector<Instance> instances, const std::vector<Obje
     out.bounds.extend(box);
   }
   out.frame = Frame::around(out.bounds);
+  out.all_at_once = none_is_worth_a_box(out.instances, objects);
   std::vector<FrameBox> frame_boxes;
   frame_boxes.reserve(boxes.size());
   for (const Box& box : boxes)

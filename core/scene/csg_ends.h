@@ -8,7 +8,7 @@ namespace tilecast {
 
 // Displacements in units of the frame, in which the operands lie within [-1, 1]^3 and the part of the line that can
 // meet them within |s| < 2, |direction| in [1, 2 sqrt 3). With e = 2^-24: origin 2e, direction 2e s, the maps'
-// coefficients and their application to both 24e (rows of length 1), the solver's root 4e: below 2^-18 with the bounds
+// coefficients and their application to both 24e (rows of length 1; even balls have none), the solver's root 4e: below 2^-18 with the bounds
 // of the exact crossings, which are 2^-24 at most (kFarthest, kCondition); twice that, and twice again.
 inline constexpr double kDisplacement = 0x1p-16;
 inline constexpr double kRelative = 0x1p-19;  // of a ball's radius, for the solver
@@ -32,28 +32,29 @@ struct Ends {
   Float8 in[2], out[2];
 };
 
-// False where the line meets none of the balls.
+// False where the line meets none of the balls. Even ones are looked at in the frame, others where they have radius 1.
 inline bool meet_balls(const CsgFilter::Batch& batch, const FloatLine& line, Ends& ends) {
-  Float8 o[3], d[3], a = all(0.0f), b = all(0.0f);
+  Float8 o[3], d[3], b = all(0.0f), inverse, distance2 = all(0.0f);
   for (int i = 0; i < 3; ++i) o[i] = line.origin[i] - batch.centre[i];
   if (batch.even) {
-    for (int i = 0; i < 3; ++i) o[i] *= batch.map[0][0], d[i] = line.direction[i] * batch.map[0][0];
+    float square = 0.0f;
+    for (int i = 0; i < 3; ++i) d[i] = all(line.direction[i]), square += line.direction[i] * line.direction[i];
+    inverse = all(1.0f / square);
   } else {
     const Float8 from[3] = {o[0], o[1], o[2]};
+    Float8 a = all(0.0f);
     for (int i = 0; i < 3; ++i) {
       const auto& row = batch.map[i];
       o[i] = fma(row[0], from[0], fma(row[1], from[1], row[2] * from[2]));
       d[i] = fma(row[0], all(line.direction[0]), fma(row[1], all(line.direction[1]), row[2] * line.direction[2]));
+      a = fma(d[i], d[i], a);
     }
+    const Mask8 along = a < 1e-20f;  // the axis, to within rounding
+    for (Float8& x : d) x = along ? all(0.0f) : x;
+    inverse = 1.0f / max(a, all(1e-20f));
   }
-  for (int i = 0; i < 3; ++i) a = fma(d[i], d[i], a);
-  Mask8 along = a < 1e-20f;  // the axis, to within rounding
-  for (int i = 0; i < 3; ++i) {
-    d[i] = along ? all(0.0f) : d[i];
-    b = fma(o[i], d[i], b);
-  }
-  Float8 inverse = 1.0f / max(a, all(1e-20f));
-  Float8 middle = -b * inverse, distance2 = all(0.0f);
+  for (int i = 0; i < 3; ++i) b = fma(o[i], d[i], b);
+  const Float8 middle = -b * inverse;
   for (int i = 0; i < 3; ++i) {
     Float8 nearest = fma(middle, d[i], o[i]);
     distance2 = fma(nearest, nearest, distance2);

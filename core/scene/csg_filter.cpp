@@ -115,6 +115,9 @@ CsgFilter make_filter(const Csg& csg, const Scene& scene) {
       for (int j = 0; j < 3; ++j)
         for (int lane = 0; lane < batch.count; ++lane)
           batch.even &= batch.map[i][j][lane] == (i == j ? batch.map[0][0][lane] : 0.0f);
+    if (batch.even && batch.balls)
+      for (int lane = 0; lane < batch.count; ++lane)
+        for (Float8& radius2 : batch.radius2) radius2[lane] /= batch.map[0][0][lane] * batch.map[0][0][lane];
     if (order.size() > 2 * kLanes) {
       const size_t number = out.batches.size();
       if (number % kLanes == 0) out.boxes.emplace_back();

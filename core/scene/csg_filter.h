@@ -18,7 +18,6 @@
 namespace tilecast {
 
 struct Csg;
-struct Crossing;
 struct Scene;
 
 struct CsgFilter {
@@ -34,7 +33,7 @@ struct CsgFilter {
     Slab slabs[3];
     int slab_count;
     bool balls;   // there are any
-    bool even;    // the maps scale alone, in all directions alike
+    bool even;    // the maps scale alone, in all directions alike; the radii are then those in the frame
     Mask8 rough;  // operands of which this is but a bound: never inside for sure
     uint32_t operand[kLanes];
     int count;
@@ -50,11 +49,5 @@ struct CsgFilter {
 
 // Empty where the CSG is not such, or has too many operands.
 CsgFilter make_filter(const Csg& csg, const Scene& scene);
-
-enum class Filtered : uint8_t { Nothing, Found, Unsure };
-
-// The first crossing of the result in t_min < t <= t_max. `any`: whether there is one; `out` is not filled in.
-Filtered first_crossing(const Scene& scene, const Csg& csg, const Ray& ray, double t_min, double t_max, uint64_t base,
-                        bool any, Crossing& out);
 
 }  // namespace tilecast

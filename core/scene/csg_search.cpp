@@ -1,6 +1,8 @@
 // The search among the bounds that scene/csg_ends.h gives.
 #include "base/counters.h"
+#include "geometry/sure_crossing.h"
 #include "scene/csg_ends.h"
+#include "scene/csg_search.h"
 
 namespace tilecast {
 namespace {
@@ -19,10 +21,18 @@ bool solve_hit(const Scene& scene, const Csg& csg, const Ray& ray, uint64_t base
                bool entering, Crossing& out) {
   TILECAST_COUNT(solid);
   const Instance& instance = csg.assembly.instances[operand];
-  SolidCrossing list[kMaxSolidCrossings];
-  if (crossings(scene.solids[scene.objects[instance.object].index], instance.local(ray), list) != 2) return false;
-  fill(out, base, csg, operand, list[number].t, list[number].face, entering);
+  SolidCrossing crossing;
+  if (!sure_crossing(scene.solids[scene.objects[instance.object].index], instance.local(ray), number, crossing))
+    return false;
+  fill(out, base, csg, operand, crossing.t, crossing.face, entering);
   return true;
+}
+
+// Of a crossing around the ray's beginning: whether it lies behind for sure. Most rays leave a surface, and so have one.
+bool lies_behind(const Scene& scene, const Csg& csg, const Ray& ray, double t_min, uint32_t operand, int number) {
+  if (t_min != 0.0) return false;
+  const Instance& instance = csg.assembly.instances[operand];
+  return sure_crossing_ahead(scene.solids[scene.objects[instance.object].index], instance.local(ray), number) == false;
 }
 
 // The search among at most eight operands, all of their states in the bits of one number. `Unsure` where an operand
@@ -45,9 +55,9 @@ Filtered search_few(const Scene& scene, const Csg& csg, const Ray& ray, double t
   for (;;) {
     const float next = least(min(ins, outs));
     if (next == kNowhere) return Filtered::Nothing;
-    const uint32_t entered = bits(ins == next), left = bits(outs == next);
+    const uint32_t entered = bits(ins == next);
     const bool enters = entered != 0;
-    const int lane = std::countr_zero(enters ? entered : left);
+    const int lane = std::countr_zero(enters ? entered : bits(outs == next));
     const float last = enters ? ends.in[1][lane] : ends.out[0][lane];
     const uint32_t in_too = bits(ins <= last), out_too = bits(outs <= last);
     if (std::popcount(in_too) + std::popcount(out_too) != 1) return Filtered::Unsure;
@@ -63,6 +73,7 @@ Filtered search_few(const Scene& scene, const Csg& csg, const Ray& ray, double t
     if (next > to) return Filtered::Nothing;
     const bool at_end = next <= from || last >= to;
     if (any && !at_end) return Filtered::Found;
+    if (next <= from && lies_behind(scene, csg, ray, t_min, batch.operand[lane], enters ? 0 : 1)) continue;
     if (!solve_hit(scene, csg, ray, base, batch.operand[lane], enters ? 0 : 1, inside, out)) return Filtered::Unsure;
     if (at_end) {
       if (!(out.t > t_min)) continue;
@@ -204,6 +215,8 @@ Filtered Search::run(const FloatLine& line, float s_min, float s_max, uint64_t b
     if (event.lo > t_max_) return Filtered::Nothing;
     const bool at_end = event.lo <= t_min_ || event.hi >= t_max_;
     if (any && !at_end) return Filtered::Found;
+    if (!event.exact && event.lo <= t_min_ && lies_behind(scene_, csg_, ray_, t_min_, event.operand, event.number))
+      continue;
     if (event.exact)
       fill(out, base, csg_, event.operand, event.t, event.face, now_inside);
     else if (!solve_hit(scene_, csg_, ray_, base, event.operand, event.number, now_inside, out))

@@ -49,6 +49,7 @@ struct Assembly {
   Frame frame;
   Accelerator accelerator;
   BoxLanes few;  // where there are at most kLanes instances, their boxes: looked at together, without the accelerator
+  bool all_at_once = false;  // none is worth a box: each is visited
   std::optional<WideBoxes> wide;  // a group's bvh or sbvh, folded: instead of the accelerator
   Box bounds;
 

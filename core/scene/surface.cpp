@@ -94,7 +94,10 @@ Surface resolve(const Scene& scene, const Ray& ray, const Hit& hit) {
     if (instance.material != kInherit) material = instance.material;
     local = instance.local(local);
     offsets += stretch * max_abs(instance.to_parent.offset);
-    if (turned) {
+    if (turned && !instance.turned) {
+      product = {to_world->linear, to_world->point(instance.to_parent.offset)};
+      to_world = &product;
+    } else if (turned) {
       product = *to_world * instance.to_parent;
       inverse = instance.to_local.linear * *to_local;
       to_world = &product, to_local = &inverse;

@@ -2,7 +2,9 @@
 
 #include "base/counters.h"
 #include "scene/csg.h"
+#include "scene/csg_search.h"
 #include "scene/descend.h"
+#include "scene/float_line.h"
 
 namespace tilecast {
 namespace {
@@ -41,8 +43,14 @@ bool visit_few(const Assembly& assembly, const Ray& ray, const double& t_max, Vi
 template <bool kNearFirst, class Cost, class Visit>
 bool visit_instances(const Assembly& assembly, const Ray& ray, const double& t_max, Cost& cost, Visit&& visit) {
   TILECAST_COUNT(group);
-  if constexpr (std::is_same_v<Cost, NoCost>)
+  if constexpr (std::is_same_v<Cost, NoCost>) {
+    if (assembly.all_at_once) {
+      for (uint32_t i = 0; i < assembly.instances.size(); ++i)
+        if (visit(i)) return true;
+      return false;
+    }
     if (assembly.instances.size() <= kLanes) return visit_few<kNearFirst>(assembly, ray, t_max, visit);
+  }
   FrameRay local;
   if (!enter_boxes(assembly.frame, ray, local)) return false;
   float s_max = local.s_above(t_max);

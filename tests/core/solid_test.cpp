@@ -1,6 +1,7 @@
 // Every kind of solid against its implicit function in quadruple precision.
 #include <gtest/gtest.h>
 
+#include "geometry/sure_crossing.h"
 #include "scene/surface.h"
 #include "stress/quad.h"
 #include "stress/scenes.h"
@@ -84,6 +85,31 @@ TEST_P(EverySolid, IsCrossedWhereItsFunctionChangesSign) {
   }
   EXPECT_GT(crossed, 10000);
   EXPECT_GT(inside_count, 10000);
+}
+
+TEST_P(EverySolid, HasTheSameCrossingsWhereTheyAreSure) {
+  int told = 0;
+  for (int i = 0; i < 5000; ++i) {
+    const Solid s = solid();
+    Ray ray = line_at(somewhere(s), size_of(s), random);
+    SolidCrossing list[kMaxSolidCrossings], one;
+    auto well_apart = [&] {
+      return crossings(s, ray, list) == 2 && list[1].t - list[0].t > 1e-6 * (std::fabs(list[0].t) + std::fabs(list[1].t));
+    };
+    if (!well_apart()) continue;
+    const int number = i % 2;
+    if (i % 8 < 6) ray.origin = ray.at(list[number].t);  // to where rounding decides what is ahead
+    if (i % 8 < 4) ray.origin += uniform(random, -16, 16) * kUnitRoundoff * size_of(s) * random_direction(random);
+    if (!well_apart()) continue;
+    ASSERT_TRUE(sure_crossing(s, ray, number, one));
+    ASSERT_EQ(one.t, list[number].t);
+    ASSERT_EQ(one.face, list[number].face);
+    ASSERT_EQ(one.entering, list[number].entering);
+    const std::optional<bool> ahead = sure_crossing_ahead(s, ray, number);
+    told += ahead.has_value();
+    ASSERT_EQ(ahead.value_or(one.t > 0.0), one.t > 0.0);
+  }
+  if (GetParam() < 3) EXPECT_GT(told, 1000);
 }
 
 TEST_P(EverySolid, MovesACrossingByNoMoreThanItsErrorWhenTheLineIsRounded) {
