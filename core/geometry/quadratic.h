@@ -25,7 +25,8 @@ struct QuadraticRoots {
   }
 };
 
-// The discriminant, its root and q; false where there are no zeros, or only a double one, or where anything is not finite.
+// The discriminant, its root and q; false where there are no zeros, or only a double one, or where anything is not
+// finite.
 inline bool discriminate(const Twofold& a, const Twofold& b, const Twofold& c, QuadraticRoots& out, double& q) {
   // Fused, then the low parts: the rounding of one product is made good by the other's remainder.
   double product = a.hi * c.hi, remainder = std::fma(a.hi, c.hi, -product);

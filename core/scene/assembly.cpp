@@ -75,6 +75,17 @@ uint32_t Assembly::find(uint64_t primitive) const {
     for (size_t k = 1; k < first_primitive.size(); ++k) i += first_primitive[k] <= primitive;
     return i;
   }
+  // By proportion first, which finds it where all instances hold as many.
+  const size_t count = first_primitive.size();
+  auto holds = [&](size_t i) {
+    return i < count && first_primitive[i] <= primitive && (i + 1 == count || primitive < first_primitive[i + 1]);
+  };
+  if (const double last = static_cast<double>(first_primitive.back()); last > 0.0) {
+    const double share = std::min(static_cast<double>(primitive) * (static_cast<double>(count - 1) / last),
+                                  static_cast<double>(count));
+    for (size_t i = static_cast<size_t>(share), after = i + 1; i <= after; ++i)
+      if (holds(i)) return static_cast<uint32_t>(i);
+  }
   auto next = std::upper_bound(first_primitive.begin(), first_primitive.end(), primitive);
   return static_cast<uint32_t>(next - first_primitive.begin() - 1);
 }

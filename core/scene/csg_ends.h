@@ -8,8 +8,9 @@ namespace tilecast {
 
 // Displacements in units of the frame, in which the operands lie within [-1, 1]^3 and the part of the line that can
 // meet them within |s| < 2, |direction| in [1, 2 sqrt 3). With e = 2^-24: origin 2e, direction 2e s, the maps'
-// coefficients and their application to both 24e (rows of length 1; even balls have none), the solver's root 4e: below 2^-18 with the bounds
-// of the exact crossings, which are 2^-24 at most (kFarthest, kCondition); twice that, and twice again.
+// coefficients and their application to both 24e (rows of length 1; even balls have none), the solver's root 4e: below
+// 2^-18 with the bounds of the exact crossings, which are 2^-24 at most (kFarthest, kCondition); twice that, and twice
+// again.
 inline constexpr double kDisplacement = 0x1p-16;
 inline constexpr double kRelative = 0x1p-19;  // of a ball's radius, for the solver
 inline constexpr double kFarthest = 0x1p16;   // of a line's origin, frame units

@@ -28,7 +28,7 @@ bool solve_hit(const Scene& scene, const Csg& csg, const Ray& ray, uint64_t base
   return true;
 }
 
-// Of a crossing around the ray's beginning: whether it lies behind for sure. Most rays leave a surface, and so have one.
+// Of a crossing around the ray's beginning: whether it lies behind for sure. Rays that leave a surface have one.
 bool lies_behind(const Scene& scene, const Csg& csg, const Ray& ray, double t_min, uint32_t operand, int number) {
   if (t_min != 0.0) return false;
   const Instance& instance = csg.assembly.instances[operand];

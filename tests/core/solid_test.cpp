@@ -94,7 +94,8 @@ TEST_P(EverySolid, HasTheSameCrossingsWhereTheyAreSure) {
     Ray ray = line_at(somewhere(s), size_of(s), random);
     SolidCrossing list[kMaxSolidCrossings], one;
     auto well_apart = [&] {
-      return crossings(s, ray, list) == 2 && list[1].t - list[0].t > 1e-6 * (std::fabs(list[0].t) + std::fabs(list[1].t));
+      if (crossings(s, ray, list) != 2) return false;
+      return list[1].t - list[0].t > 1e-6 * (std::fabs(list[0].t) + std::fabs(list[1].t));
     };
     if (!well_apart()) continue;
     const int number = i % 2;
