@@ -6,7 +6,9 @@
 
 namespace tilecast {
 
-inline constexpr int kRoughnessLevels = 16;  // tables at 0, 1/16, ... 1; between them at most 0.002 are lost or won
+// Tables at 0, 1/16, ... 1. Between them a white surface gives back all light to within 0.003; seen at 4 degrees and
+// smoother than 0.1, to within 0.01.
+inline constexpr int kRoughnessLevels = 16;
 
 class EnergyBetween {
  public:
