@@ -110,7 +110,7 @@ TEST_P(EverySolid, HasTheSameCrossingsWhereTheyAreSure) {
     told += ahead.has_value();
     ASSERT_EQ(ahead.value_or(one.t > 0.0), one.t > 0.0);
   }
-  if (GetParam() < 3) EXPECT_GT(told, 1000);
+  if (GetParam() < 3) { EXPECT_GT(told, 1000); }
 }
 
 TEST_P(EverySolid, MovesACrossingByNoMoreThanItsErrorWhenTheLineIsRounded) {
