@@ -7,7 +7,7 @@ namespace {
 
 const Scenes& tied_scenes() {
   static const Scenes all = for_each_kind([](std::string_view kind) {
-    return crowd({.seed = 5, .cells = 1, .levels = 0, .copies = 2, .groups = 3}, kind);
+    return crowd({.seed = 5, .cells = 1, .levels = 0, .copies = 1, .groups = 2}, kind);
   });
   return all;
 }

@@ -6,8 +6,8 @@ tiles of s / n, is least for a given cost, the sum of c n, where n is in proport
 variance of one sample of the tile, c what it costs. Rays are counted for that, which no clock disturbs.
 
 Tiles that have not met the light yet look as if they were finished, and stopping there would make the image too dark.
-So nothing is decided before the pilot's samples, a quarter of a tile's s comes from the tiles around it, and no tile falls
-back behind an eighth of what the mean s would get.
+So nothing is decided before the pilot's samples, a quarter of a tile's s comes from the tiles around it, and no tile
+falls back behind an eighth of what the mean s would get.
 
 Counts of samples are levels: 2, 4, 8, 16, and then eight between a power of two and the next, so that both halves of
 the samples are equal and low-discrepancy points come in balanced groups.

@@ -157,7 +157,8 @@ class Film:
         return counts
 
     def tile_error(self, tile: Tile) -> float | None:
-        """The relative MSE of the tile alone at its last checkpoint; None before there is one."""
+        """The relative MSE of the tile alone at its last checkpoint; None before there is one. The image's differs from
+        the mean over its tiles by what parts of the samples tell of its bias, for which a tile is too small."""
         partials = self._tiles[tile.index].partials
         return float(error.relative_sums(partials[-1:])[0]) / (tile.width * tile.height) if len(partials) else None
 
