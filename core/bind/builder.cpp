@@ -19,10 +19,12 @@ MaterialKind material_kind(const std::string& name) {
   return found->second;
 }
 
-Integrator integrator_of(const std::string& name) {
-  auto found = std::find(std::begin(kIntegratorNames), std::end(kIntegratorNames), name);
-  if (found == std::end(kIntegratorNames)) throw Error("integrator: none is called " + name);
-  return static_cast<Integrator>(found - std::begin(kIntegratorNames));
+// The one of an enumeration that has this place in the list of their names.
+template <class Enumeration, class Names>
+Enumeration named(const Names& names, const std::string& name, const char* what) {
+  const auto found = std::find(std::begin(names), std::end(names), name);
+  if (found == std::end(names)) throw Error(std::string(what) + ": none is called " + name);
+  return static_cast<Enumeration>(found - std::begin(names));
 }
 
 CsgOperation csg_operation(const std::string& name) {
@@ -30,12 +32,6 @@ CsgOperation csg_operation(const std::string& name) {
   if (name == "intersection") return CsgOperation::Intersection;
   if (name == "difference") return CsgOperation::Difference;
   throw Error("type: no CSG operation is called " + name);
-}
-
-PixelFilter::Kind filter_of(const std::string& name) {
-  auto found = std::find(std::begin(kFilterNames), std::end(kFilterNames), name);
-  if (found == std::end(kFilterNames)) throw Error("filter: none is called " + name);
-  return static_cast<PixelFilter::Kind>(found - std::begin(kFilterNames));
 }
 
 Environment to_environment(const Array<float>& pixels, double rotation) {
@@ -100,18 +96,14 @@ Image store_image(const Array<float>& pixels) {
   return {ImageTexture::store(std::move(copy), width, height, channels)};
 }
 
-// Index of a name in a list.
-int index_of(std::initializer_list<std::string_view> names, std::string_view name, const char* what) {
-  const auto found = std::find(names.begin(), names.end(), name);
-  if (found == names.end()) throw Error(std::string(what) + ": none is called " + std::string(name));
-  return static_cast<int>(found - names.begin());
-}
+constexpr const char* kAxes[]{"x", "y", "z", "u", "v"};
+constexpr const char *kWraps[]{"repeat", "mirror", "clamp"}, *kTexelFilters[]{"bilinear", "closest"};
 
 int add_image_texture(SceneBuilder& builder, const Image& image, const std::string& wrap, const std::string& filter,
                       const std::array<double, 2>& tiling, const std::array<double, 2>& offset) {
   return builder.add_texture(ImageTexture(
-      image.pixels, static_cast<Wrap>(index_of({"repeat", "mirror", "clamp"}, wrap, "wrap")),
-      static_cast<TexelFilter>(index_of({"bilinear", "closest"}, filter, "filter")), {tiling[0], tiling[1]},
+      image.pixels, named<Wrap>(kWraps, wrap, "wrap"),
+      named<TexelFilter>(kTexelFilters, filter, "filter"), {tiling[0], tiling[1]},
       {offset[0], offset[1]}));
 }
 
@@ -182,7 +174,7 @@ void bind_builder(py::module_& module) {
           }, py::arg("even"), py::arg("odd"), py::arg("size"), py::arg("of_uv") = false,
           "Cubes in object space, or squares of the texture coordinates.")
       .def("gradient", [](SceneBuilder& b, const Triple& from, const Triple& to, const std::string& along, double start, double end) {
-            return b.add_texture(Gradient{to_vec(from), to_vec(to), index_of({"x", "y", "z", "u", "v"}, along, "along"), start, end});
+            return b.add_texture(Gradient{to_vec(from), to_vec(to), named<int>(kAxes, along, "along"), start, end});
           }, py::arg("from"), py::arg("to"), py::arg("along"), py::arg("start"), py::arg("end"), "along: x, y, z, u or v.")
       .def("image_texture", &add_image_texture, py::arg("image"), py::arg("wrap"), py::arg("filter"), py::arg("tiling"),
            py::arg("offset"), "wrap: repeat, mirror or clamp; filter: bilinear or closest; the image at tiling * uv + offset.")
@@ -257,10 +249,11 @@ void bind_builder(py::module_& module) {
             b.set_environment(make_environment(Sky{to_vec(sun), turbidity, to_vec(ground), scale}));
           }, py::arg("sun_direction"), py::arg("turbidity"), py::arg("ground"), py::arg("scale"), "Clear, by day, without the sun itself.")
       .def("camera", &SceneBuilder::set_camera, py::arg("camera"))
-      .def("filter", [](SceneBuilder& b, const std::string& name) { b.set_filter(filter_of(name)); }, py::arg("name"), "One of FILTERS.")
+      .def("filter", [](SceneBuilder& b, const std::string& name) { b.set_filter(named<PixelFilter::Kind>(kFilterNames, name, "filter")); },
+           py::arg("name"), "One of FILTERS.")
       .def("build", [](SceneBuilder& b, uint32_t root, const std::string& integrator, int max_depth, uint32_t seed, bool next_event,
                        double ao_distance) {
-            SceneBuilder::Options options{integrator_of(integrator), max_depth, seed, next_event, ao_distance};
+            SceneBuilder::Options options{named<Integrator>(kIntegratorNames, integrator, "integrator"), max_depth, seed, next_event, ao_distance};
             py::gil_scoped_release release;
             return std::const_pointer_cast<Scene>(b.build(root, options));
           }, py::arg("root"), py::kw_only(), py::arg("integrator") = "path", py::arg("max_depth") = 8, py::arg("seed") = 0,

@@ -24,35 +24,52 @@ inline bool passes_by(const V& o, const V& d, double radius) {
   return glm::dot(nearest, nearest) > radius * radius;
 }
 
-// Lengths in units of the radius and the direction are brought near 1 by powers of two, so nothing overflows and a
-// scene scaled by a power of two gives the same digits.
+// A line and a radius, lengths in units of about the radius and the direction brought near 1 by powers of two, so that
+// nothing overflows and a scene scaled by a power of two gives the same digits.
 template <class V>
-inline Interval inside_ball(V o, V d, double radius, int face, const Shift<V>* shift = nullptr) {
-  double longest = max_abs(d);
-  double scale = power_below_reciprocal(radius), stretch = power_below_reciprocal(longest);
-  o *= scale;
-  d *= stretch;
-  const double r = radius * scale, farthest = max_abs(o);
+struct NearOne {
+  double scale;  // from the line's lengths to these
+  double unit;   // from t here to the line's
+  V o, d;
+  double radius;
+  bool still;    // the direction is zero
+
+  NearOne(const V& origin, const V& direction, double r) {
+    const double longest = max_abs(direction), stretch = power_below_reciprocal(longest);
+    scale = power_below_reciprocal(r);
+    unit = stretch * power_below(r);
+    o = origin * scale;
+    d = direction * stretch;
+    radius = r * scale;
+    still = longest == 0.0;
+  }
+};
+
+template <class V>
+inline Interval inside_ball(const V& origin, const V& direction, double radius, int face,
+                            const Shift<V>* shift = nullptr) {
+  const NearOne<V> near(origin, direction, radius);
+  const V &o = near.o, &d = near.d;
+  const double r = near.radius, farthest = max_abs(o);
   if (passes_by(o, d, r + 0x1p-48 * farthest)) return Interval::nothing();
   Twofold a = twofold_dot(d, d), b = twofold_dot(o, d), c = twofold_square(o, r);
   if (shift) {
-    V low = shift->rest * scale;
+    V low = shift->rest * near.scale;
     b = b + Twofold(glm::dot(low, d));
     c = c + two_product(2.0, glm::dot(o, low));
   }
   Interval interval;
-  if (longest == 0.0) {
+  if (near.still) {
     interval.empty = !(c.value() < 0.0);
     return interval;
   }
   QuadraticRoots roots;
   if (!solve(a, b, c, roots)) return Interval::nothing();
   // A line displaced by this much changes the squared distance by 2 r displacement + displacement^2.
-  double displacement = 4 * kUnitRoundoff * (farthest + r + (shift ? shift->distance * scale : 0.0));
-  double unit = stretch * power_below(radius);
-  double error = unit * roots.error(a.hi, displacement * (2.0 * r + displacement));
-  interval.enter = {roots.low * unit, error, face, true};
-  interval.exit = {roots.high * unit, error, face, false};
+  double displacement = 4 * kUnitRoundoff * (farthest + r + (shift ? shift->distance * near.scale : 0.0));
+  double error = near.unit * roots.error(a.hi, displacement * (2.0 * r + displacement));
+  interval.enter = {roots.low * near.unit, error, face, true};
+  interval.exit = {roots.high * near.unit, error, face, false};
   if (!(interval.enter.t < interval.exit.t)) interval.empty = true;
   return interval;
 }

@@ -5,24 +5,6 @@
 namespace tilecast {
 namespace {
 
-// Coordinates brought near 1 as inside_ball does it.
-template <class V>
-struct NearOne {
-  V o, d;
-  double radius, unit;  // unit: of t
-  bool level;           // the direction is zero: inside all along
-
-  NearOne(const V& origin, const V& direction, double r) {
-    const double longest = max_abs(direction), scale = power_below_reciprocal(r);
-    const double stretch = power_below_reciprocal(longest);
-    o = origin * scale;
-    d = direction * stretch;
-    radius = r * scale;
-    unit = stretch * power_below(r);
-    level = longest == 0.0;
-  }
-};
-
 // The later of the entries and the earlier of the exits count; of those at one place the first that is offered.
 struct Latest {
   int number;
@@ -39,7 +21,7 @@ struct Latest {
   template <class V>
   bool ball(const V& origin, const V& direction, double r) {
     const NearOne<V> near(origin, direction, r);
-    if (near.level) return true;
+    if (near.still) return true;
     const Twofold a = twofold_dot(near.d, near.d), b = twofold_dot(near.o, near.d);
     double zero;
     if (!solve_one(a, b, twofold_square(near.o, near.radius), number == 1, zero)) return false;
@@ -62,7 +44,7 @@ Ahead slab_ahead(double o, double d, double lo, double hi, int number) {
 template <class V>
 Ahead ball_ahead(const V& origin, const V& direction, double r, int number) {
   const NearOne<V> near(origin, direction, r);
-  if (near.level) return number == 0 ? Ahead::No : Ahead::Yes;
+  if (near.still) return number == 0 ? Ahead::No : Ahead::Yes;
   const double b = glm::dot(near.o, near.d);
   if (!(std::fabs(b) > 0x1p-48 * max_abs(near.o) && near.unit > kShortest)) return Ahead::Unsure;
   if (number == 0 ? b > 0.0 : b < 0.0) return number == 0 ? Ahead::No : Ahead::Yes;  // q / a

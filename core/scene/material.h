@@ -10,6 +10,7 @@ enum class MaterialKind : uint8_t { Diffuse, Mirror, Conductor, Dielectric, Plas
 // A microfacet surface that is smoother than this counts as smooth; so does one between media whose indices of
 // refraction differ by a smaller share than this, as it refracts into one direction as far as anyone can see.
 inline constexpr double kLeastRoughness = 1e-3, kLeastContrast = 1e-4;
+inline bool is_smooth(double roughness) { return roughness < kLeastRoughness; }
 
 struct Material {
   MaterialKind kind = MaterialKind::Diffuse;
@@ -46,7 +47,7 @@ struct Material {
   Rgb average{1.0};         // conductor: of the Fresnel reflectance over all directions, by the cosine
 
   bool emits() const { return max_component(emission) > 0.0; }
-  bool smooth() const { return roughness < kLeastRoughness; }
+  bool smooth() const { return is_smooth(roughness); }
   bool passable() const { return refracts || opacity < 1.0; }
 };
 

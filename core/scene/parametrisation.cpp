@@ -25,11 +25,14 @@ Upright upright(int axis, double sign) {
   }
   return out;
 }
-
-Parametrisation on_box(const Vec3& lo, const Vec3& hi, const Vec3& normal, const Vec3& p) {
+Upright upright(const Vec3& normal) {  // of the side that it points to most
   const Vec3 n = glm::abs(normal);
   const int axis = n.x >= n.y && n.x >= n.z ? 0 : n.y >= n.z ? 1 : 2;
-  const auto [u, v] = upright(axis, normal[axis] < 0.0 ? -1.0 : 1.0);
+  return upright(axis, normal[axis] < 0.0 ? -1.0 : 1.0);
+}
+
+Parametrisation on_box(const Vec3& lo, const Vec3& hi, const Vec3& normal, const Vec3& p) {
+  const auto [u, v] = upright(normal);
   const Vec3 unit = (p - lo) / (hi - lo) - 0.5;
   return {{0.5 + glm::dot(u, unit), 0.5 + glm::dot(v, unit)}, u, v};
 }
@@ -69,9 +72,7 @@ Parametrisation of(const Torus& t, int, const Vec3& p) {
   return {{u, 0.5 + atan2_turns(p.y, std::sqrt(p.x * p.x + p.z * p.z) - t.radius)}, du};
 }
 Parametrisation of(const Halfspace& h, int face, const Vec3& p) {
-  const Vec3 normal = outward(h, face, p), n = glm::abs(normal);
-  const int axis = n.x >= n.y && n.x >= n.z ? 0 : n.y >= n.z ? 1 : 2;
-  const Vec3 across = upright(axis, normal[axis] < 0.0 ? -1.0 : 1.0).u;
+  const Vec3 normal = outward(h, face, p), across = upright(normal).u;
   const Vec3 u = glm::normalize(across - glm::dot(across, normal) * normal), v = glm::cross(normal, u);
   return {{glm::dot(p, u), glm::dot(p, v)}, u, v};
 }

@@ -77,7 +77,7 @@ bool Bsdf::rough_glass() const { return !material_.smooth() && std::fabs(boundar
 bool Bsdf::is_specular() const {
   switch (material_.kind) {
     case MaterialKind::Mirror: return true;
-    case MaterialKind::Conductor: return roughness_ < kLeastRoughness;
+    case MaterialKind::Conductor: return is_smooth(roughness_);
     case MaterialKind::Dielectric: return !rough_glass();
     case MaterialKind::Blend:
       for (int i = 0; i < Material::kMostParts; ++i)
@@ -161,19 +161,11 @@ Rgb Bsdf::evaluate_lobes(const Vec3& wo, const Vec3& wi, double& pdf) const {
   }
 }
 
-bool Bsdf::weigh_lobes(const Vec3& wo, BsdfSample& out) const {
-  const Rgb f = evaluate_lobes(wo, out.wi, out.pdf);  // sets the density
-  out.weight = f / out.pdf;
-  return out.pdf > 0.0;
-}
-
 bool Bsdf::sample_lobes(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
   switch (material_.kind) {
     case MaterialKind::Diffuse:
       out.wi = cosine_hemisphere(sampler.next2());
-      if (!(out.wi.z > 0.0)) return false;
-      out.specular = false;
-      return weigh_lobes(wo, out);
+      return out.wi.z > 0.0 && weigh(*this, wo, out, &Bsdf::evaluate_lobes);
     case MaterialKind::Mirror:
       out = {reflect(wo), reflectance_, 0.0, true};
       return true;
@@ -186,8 +178,7 @@ bool Bsdf::sample_lobes(const Vec3& wo, Sampler& sampler, BsdfSample& out) const
     case MaterialKind::Blend: {
       int chosen = choose_part(sampler);
       if (!part(chosen).sample(wo, sampler, out)) return false;
-      if (out.specular) return true;
-      return weigh_lobes(wo, out);
+      return out.specular || weigh(*this, wo, out, &Bsdf::evaluate_lobes);
     }
     default: {
       if (!specular_) return rough_dielectric().sample(wo, sampler, out);
@@ -210,7 +201,7 @@ int Bsdf::beams_of_lobes(const Vec3& wo, Beam out[kMostBeams]) const {
       out[0] = {reflect(wo), reflectance_of(material_, reflectance_, wo.z)};
       return 1;
     case MaterialKind::Plastic:
-      if (roughness_ >= kLeastRoughness) return 0;
+      if (!is_smooth(roughness_)) return 0;
       out[0] = {reflect(wo), Rgb(plastic().mirrored(wo))};
       return 1;
     case MaterialKind::Dielectric: {

@@ -72,7 +72,6 @@ class Bsdf {
   bool sample_any(const Vec3& wo, Sampler& sampler, BsdfSample& out) const;
   // About the normal that the lobes stand about.
   Rgb evaluate_lobes(const Vec3& wo, const Vec3& wi, double& pdf) const;
-  bool weigh_lobes(const Vec3& wo, BsdfSample& out) const;
   bool sample_lobes(const Vec3& wo, Sampler& sampler, BsdfSample& out) const;
   bool sample_glossy_lobes(const Vec3& wo, Sampler& sampler, BsdfSample& out) const;
   int beams_of_lobes(const Vec3& wo, Beam out[kMostBeams]) const;

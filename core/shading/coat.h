@@ -19,7 +19,7 @@ class Plastic {
  public:
   // reflection: of the coat; inner: of diffuse light from below, back down.
   Plastic(double ior, const Rgb& reflectance, double roughness, const EnergyBetween& reflection, double inner)
-      : ior_(ior), smooth_(roughness < kLeastRoughness), ggx_(roughness), reflection_(reflection),
+      : ior_(ior), smooth_(is_smooth(roughness)), ggx_(roughness), reflection_(reflection),
         body_(reflectance * (1.0 - inner) / (1.0 - reflectance * inner)) {}
 
   // By the smooth coat, in one direction.

@@ -13,10 +13,12 @@ struct BsdfSample {
   bool specular = false;
 };
 
-// Gives a sample whose direction is chosen its density and weight, by the lobe's evaluate(); false where the density is 0.
+// Gives a sample whose direction is chosen its density and weight, by what evaluates the lobe; false where the density
+// is 0.
 template <class Lobe>
-bool weigh(const Lobe& lobe, const Vec3& wo, BsdfSample& out) {
-  const Rgb f = lobe.evaluate(wo, out.wi, out.pdf);  // sets the density
+bool weigh(const Lobe& lobe, const Vec3& wo, BsdfSample& out,
+           Rgb (Lobe::*evaluate)(const Vec3&, const Vec3&, double&) const = &Lobe::evaluate) {
+  const Rgb f = (lobe.*evaluate)(wo, out.wi, out.pdf);  // sets the density
   out.weight = f / out.pdf;
   out.specular = false;
   return out.pdf > 0.0;

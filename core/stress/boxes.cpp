@@ -94,22 +94,19 @@ Vec3 tight_point(const Scene& scene, Random& random) {
 double culled(uint64_t first, uint64_t count) {
   const uint64_t others = targets()[0].scenes.size() - 1;
   thread_local std::vector<Crossing> expected, found;
-  Random random(first);
   const Target* target = nullptr;
   Ray ray;
-  double lost = 0.0;
-  for (uint64_t i = first; i < first + count; ++i) {
-    if (i == first || i % others == 0) {
-      target = &targets()[i / others % targets().size()];
-      Vec3 origin = target->centre + (random() & 1 ? 0.5 : 30.0) * target->radius * random_direction(random);
-      ray = {origin, tight_point(*target->scenes[0], random) - origin};
-      crossings(*target->scenes[0], ray, expected);
-    }
+  return sum_over_rows(first, count, others, [&](Random& random, uint64_t number) {
+    target = &targets()[number % targets().size()];
+    Vec3 origin = target->centre + (random() & 1 ? 0.5 : 30.0) * target->radius * random_direction(random);
+    ray = {origin, tight_point(*target->scenes[0], random) - origin};
+    crossings(*target->scenes[0], ray, expected);
+  }, [&](Random&, uint64_t i) {
     crossings(*target->scenes[1 + i % others], ray, found);
-    for (const Crossing& e : expected)
-      lost += std::none_of(found.begin(), found.end(), [&](const Crossing& f) { return f.t == e.t && f.primitive == e.primitive; });
-  }
-  return lost;
+    return std::count_if(expected.begin(), expected.end(), [&](const Crossing& e) {
+      return std::none_of(found.begin(), found.end(), [&](const Crossing& f) { return f.t == e.t && f.primitive == e.primitive; });
+    });
+  });
 }
 
 }  // namespace

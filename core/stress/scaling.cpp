@@ -68,16 +68,13 @@ const ScaledScenes& csg() {
 // Cases are a ray and a scale each; nine scales in turn share a ray.
 double changed(const ScaledScenes& scenes, uint64_t first, uint64_t count) {
   thread_local std::vector<Crossing> of_a, of_b;
-  Random random(first);
   Ray ray;
   Hit hit;
-  double wrong = 0.0;
-  for (uint64_t i = first; i < first + count; ++i) {
-    if (i == first || i % 9 == 0) {
-      ray = random_ray(random, i / 9 % 3 ? 4.0 : 0.5);
-      hit = closest(*scenes[kMost], ray);
-      crossings(*scenes[kMost], ray, of_a);
-    }
+  return sum_over_rows(first, count, 9, [&](Random& random, uint64_t number) {
+    ray = random_ray(random, number % 3 ? 4.0 : 0.5);
+    hit = closest(*scenes[kMost], ray);
+    crossings(*scenes[kMost], ray, of_a);
+  }, [&](Random& random, uint64_t i) {
     int k = static_cast<int>(i % (2 * kMost + 1)) - kMost;
     double s = std::ldexp(1.0, k);
     bool longer = random() & 1;  // the ray's length may grow along, or its t
@@ -87,10 +84,9 @@ double changed(const ScaledScenes& scenes, uint64_t first, uint64_t count) {
       return x.primitive == y.primitive && x.t * t_scale == y.t && x.u == y.u && x.v == y.v && x.entering == y.entering;
     };
     crossings(*scenes[kMost + k], far, of_b);
-    wrong += !same(hit, closest(*scenes[kMost + k], far)) ||
-             !std::equal(of_a.begin(), of_a.end(), of_b.begin(), of_b.end(), same);
-  }
-  return wrong;
+    return !same(hit, closest(*scenes[kMost + k], far)) ||
+           !std::equal(of_a.begin(), of_a.end(), of_b.begin(), of_b.end(), same);
+  });
 }
 
 void add(std::vector<Case>& out, const char* name, const ScaledScenes& (*scenes)()) {

@@ -1,10 +1,10 @@
 // Short ways to put scenes together.
 #pragma once
 
-
-#include "stress/meshes.h"
 #include "scene/builder.h"
 #include "scene/trace.h"
+#include "stress/meshes.h"
+#include "stress/stress.h"
 
 namespace tilecast::stress {
 
@@ -41,29 +41,23 @@ Scenes for_each_kind(Make&& make) {
   return out;
 }
 
-// Of cases that are a ray and an accelerator each, those whose answers are not those of brute force. Brute force is asked
-// once for each ray, aim(random, its number).
-template <class Aim>
-double unlike_brute_force(const Scenes& scenes, uint64_t first, uint64_t count, Aim&& aim) {
-  const uint64_t others = scenes.size() - 1;
-  thread_local Answers expected, found;
-  Random random(first);
-  Ray ray;
-  double wrong = 0.0;
-  for (uint64_t i = first; i < first + count; ++i) {
-    if (i == first || i % others == 0) {
-      ray = aim(random, i / others);
-      expected.ask(*scenes[0], ray);
-    }
-    found.ask(*scenes[1 + i % others], ray);
-    wrong += !(expected.consistent() && found == expected);
-  }
-  return wrong;
-}
-// The same, as a case's `run`; scenes(): made at the first call.
+// A case's `run`: of cases that are a ray and an accelerator each, those whose answers are not those of brute force, which
+// is asked once for each ray, aim(random, its number). scenes(): made at the first call.
 template <class Aim>
 auto against_brute_force(const Scenes& (*scenes)(), Aim aim) {
-  return [=](uint64_t first, uint64_t count) { return unlike_brute_force(scenes(), first, count, aim); };
+  return [=](uint64_t first, uint64_t count) {
+    const Scenes& all = scenes();
+    const uint64_t others = all.size() - 1;
+    thread_local Answers expected, found;
+    Ray ray;
+    return sum_over_rows(first, count, others, [&](Random& random, uint64_t number) {
+      ray = aim(random, number);
+      expected.ask(*all[0], ray);
+    }, [&](Random&, uint64_t i) {
+      found.ask(*all[1 + i % others], ray);
+      return !(expected.consistent() && found == expected);
+    });
+  };
 }
 
 inline Affine translate(const Vec3& t) { return {glm::dmat3(1.0), t}; }

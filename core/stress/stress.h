@@ -71,6 +71,14 @@ double worst_over(uint64_t first, uint64_t count, CaseFigure&& case_figure) {
   }
   return worst;
 }
+// Sums cases that share, `share` in a row, what draw(random, the row's number) brings about.
+template <class Draw, class CaseFigure>
+double sum_over_rows(uint64_t first, uint64_t count, uint64_t share, Draw&& draw, CaseFigure&& case_figure) {
+  return sum_over(first, count, [&](Random& random, uint64_t i) {
+    if (i == first || i % share == 0) draw(random, i / share);
+    return case_figure(random, i);
+  });
+}
 // The same, as a case's `run`.
 template <class CaseFigure>
 auto sum_of(CaseFigure case_figure) {

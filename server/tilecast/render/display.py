@@ -48,7 +48,6 @@ def _ramp(steps: int = 1025) -> np.ndarray:
     return _core.linear(np.stack([np.interp(at, range(len(anchors)), channel) for channel in anchors.T], axis=1))
 
 
-
 _RAMP = _ramp()
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from ..scene.compiler import Compiled
 from ..scene.schema import Stop
 from .dispatch import Dispatcher
-from .layers import FIRST_HIT_SAMPLES, Layers, error_layers, first_hit_layers
+from .layers import FIRST_HIT_SAMPLES, error_layers, first_hit_layers
 from .output import encode
 from .plan import Chunk, Tile, make_plan
 from .rendering import ChunkResult, Event, Rendering
@@ -88,15 +88,12 @@ def first_hits(compiled: Compiled, threads: int | None = None) -> np.ndarray:
     return whole
 
 
-def exr_layers(compiled: Compiled, image: Image, threads: int | None = None) -> Layers:
-    """All that an EXR of this image holds beside it."""
-    return error_layers(image.pixels, image.variance, image.sample_counts) \
-        | first_hit_layers(first_hits(compiled, threads))
-
-
 def encoded(suffix: str, compiled: Compiled, image: Image, threads: int | None = None) -> bytes:
     """The file of an image by its suffix (".png", ".exr"); an EXR has its layers."""
-    layers = exr_layers(compiled, image, threads) if suffix.lower() == ".exr" else None
+    layers = None
+    if suffix.lower() == ".exr":
+        layers = (error_layers(image.pixels, image.variance, image.sample_counts)
+                  | first_hit_layers(first_hits(compiled, threads)))
     return encode(suffix, image.pixels, {"Software": "tilecast"}, image.stats, layers)
 
 

@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 from .. import _core
 from . import images, schema
 from .checks import Path
 from .core_errors import at
-from .errors import SceneError
-from .mesh_files import OpenFile, read_file
-from .paths import text
+from .loader import Loader
 from .textures import asks_for_uv, textures
 
 
 class Appearance:
-    """Hands materials to the core's builder. `load_seconds`: wall time spent on reading images."""
+    """Hands materials to the core's builder."""
 
-    def __init__(self, scene: schema.Scene, builder: _core.SceneBuilder, open_file: OpenFile):
-        self.load_seconds = 0.0
+    def __init__(self, scene: schema.Scene, builder: _core.SceneBuilder, loader: Loader):
         self._named = scene.materials
         self._builder = builder
-        self._open_file = open_file
+        self._loader = loader
         self._materials: dict[str, int] = {}
         self._images: dict[tuple[str, ...], _core.Image] = {}
 
@@ -88,7 +84,7 @@ class Appearance:
 
     def _image(self, path: Path, texture: schema.Model) -> _core.Image:
         """The image of a texture, loaded once for all that take the same from it."""
-        file, where = texture.file, text((*path, "file"))
+        file = texture.file
         match texture:
             case schema.NormalMap():
                 key = (file, "linear")
@@ -100,9 +96,7 @@ class Appearance:
             case _:
                 key = (file, texture.colour_space)
         if key not in self._images:
-            start = time.perf_counter()
-            data = read_file(self._open_file, file, where)
-            try:
+            with self._loader.file(file, (*path, "file")) as data:
                 if isinstance(texture, schema.ScalarImage):
                     pixels = images.load_channel(data, file, wanted, texture.colour_space)
                 else:
@@ -110,11 +104,6 @@ class Appearance:
                     if isinstance(texture, schema.EmissionImage):
                         pixels *= texture.factor
                 self._images[key] = _core.Image(pixels)
-            except SceneError as error:
-                raise SceneError(where, error.message) from None
-            except _core.Error as error:
-                raise SceneError(where, f"names the file {file!r}: {error}") from None
-            self.load_seconds += time.perf_counter() - start
         return self._images[key]
 
 

@@ -15,9 +15,9 @@ from .appearance import Appearance, uses_uvs
 from .core_errors import at
 from .errors import SceneError
 from .lighting import add_light, core_camera
-from .mesh_files import OpenFile, read_file
+from .loader import Loader
+from .mesh_files import OpenFile
 from .parsing import collector_paused
-from .paths import text
 from .views import shown_as
 
 Path = checks.Path
@@ -35,7 +35,7 @@ class Compiled:
     scene: _core.Scene
     document: schema.Scene
     seconds: dict[str, float]
-    """Wall time: "load" (reading mesh files) and "compile" (all else)."""
+    """Wall time: "load" (reading files) and "compile" (all else)."""
 
     @property
     def closest(self) -> Callable[..., Any]:
@@ -73,7 +73,7 @@ def compile(scene: schema.Scene, open_file: OpenFile, max_triangles: int | None 
     work = _Compiler(scene, open_file, max_triangles)
     with collector_paused():
         core = work.run()
-    load = work.load_seconds + work.appearance.load_seconds
+    load = work.loader.seconds
     seconds = {"load": load, "compile": time.perf_counter() - start - load}
     return Compiled(core, scene, seconds)
 
@@ -89,12 +89,11 @@ class _Placed:
 class _Compiler:
     def __init__(self, scene: schema.Scene, open_file: OpenFile, max_triangles: int | None):
         self.scene = scene
-        self.open_file = open_file
+        self.loader = Loader(open_file)
         self.max_triangles = max_triangles
         self.triangles = 0
         self.builder = _core.SceneBuilder()
-        self.load_seconds = 0.0
-        self.appearance = Appearance(scene, self.builder, open_file)
+        self.appearance = Appearance(scene, self.builder, self.loader)
         self.with_uvs = uses_uvs([material for _, material in checks.materials(scene, checks.walk(scene))])
         self.named: dict[str, _Placed] = {}
         self.files: dict[str, meshes.Triangles] = {}
@@ -235,20 +234,11 @@ class _Compiler:
         with at(("background",)):
             match background:
                 case schema.ImageBackground():
-                    start = time.perf_counter()
-                    where = "background.file"
-                    data = read_file(self.open_file, background.file, where)
-                    try:
+                    with self.loader.file(background.file, ("background", "file")) as data:
                         pixels = images.load(data, background.file)
-                    except SceneError as error:
-                        raise SceneError(where, error.message) from None
-                    self.load_seconds += time.perf_counter() - start
-                    with np.errstate(over="ignore"):  # the core refuses infinity
-                        pixels *= np.float32(background.scale)
-                    try:
+                        with np.errstate(over="ignore"):  # the core refuses infinity
+                            pixels *= np.float32(background.scale)
                         self.builder.environment(pixels, background.rotation)
-                    except _core.Error as error:
-                        raise SceneError(where, f"names the file {background.file!r}: {error}") from None
                 case schema.SkyBackground():
                     sky = background
                     self.builder.sky(sky.sun_direction, sky.turbidity, sky.ground, sky.scale)
@@ -263,14 +253,8 @@ class _Compiler:
                 uvs = np.array(node.uvs, np.float32)[faces if node.uv_faces is None else np.array(node.uv_faces, np.uint32)]
             return meshes.Triangles(vertices.reshape(-1, 3), faces.reshape(-1, 3), uvs)
         if node.file not in self.files:
-            start = time.perf_counter()
-            where = text((*path, "file"))
-            data = read_file(self.open_file, node.file, where)
-            try:
+            with self.loader.file(node.file, (*path, "file")) as data:
                 self.files[node.file] = meshes.load(data, node.file, self.with_uvs)
-            except SceneError as error:
-                raise SceneError(where, error.message) from None
-            self.load_seconds += time.perf_counter() - start
         return self.files[node.file]
 
     def _shine(self, light: schema.AreaLight) -> int:

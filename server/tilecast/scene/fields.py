@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any
 from typing import Union as OneOf
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, StringConstraints, Tag
 from pydantic_core import PydanticCustomError
 from typing_extensions import TypeAliasType
+
+from .geometry import IMAGES, MESHES, check_file
 
 
 class Model(BaseModel):
@@ -37,6 +39,18 @@ Coordinate = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 Fraction = Annotated[float, Field(ge=0, le=1)]
 Integer = Annotated[int, BeforeValidator(_whole)]
 Name = Annotated[str, StringConstraints(min_length=1, max_length=200)]
+
+
+def _file_name(formats: Sequence[str]) -> Any:
+    def checked(file: str) -> str:
+        if problem := check_file(file, formats):
+            raise fault(problem)
+        return file
+
+    return Annotated[str, AfterValidator(checked)]
+
+
+MeshFile, ImageFile = _file_name(MESHES), _file_name(IMAGES)
 
 
 def whole(low: int, high: int) -> Any:

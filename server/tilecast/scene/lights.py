@@ -8,8 +8,7 @@ from typing import Union as OneOf
 from pydantic import Field, field_validator, model_validator
 from typing_extensions import TypeAliasType
 
-from .fields import Colour, Direction, Model, Radiance, Vector, choice, fault, list_or_inline
-from .geometry import IMAGES, check_file
+from .fields import Colour, Direction, ImageFile, Model, Radiance, Vector, choice, fault, list_or_inline
 from .objects import ObjectChoice
 from .steps import Transform
 
@@ -75,21 +74,13 @@ class ImageBackground(Model):
     """Light from all around, from an equirectangular image: +y along its upper edge, -z in the middle, +x to the right
     of that. Values below 0 count as 0."""
     type: Literal["image"]
-    file: str
+    file: ImageFile
     """A file beside the scene (EXR, HDR, PNG, JPEG); on a server an uploaded asset, sha256:<64 hex digits>.<extension>.
     Those of a PNG or JPEG are taken for sRGB."""
     rotation: Annotated[float, Field(ge=-1e6, le=1e6)] = 0.0
     """Degrees about +y, counter-clockwise as seen from above."""
     scale: Annotated[float, Field(ge=0, le=1e20)] = 1.0
     """Factor from the image's values to radiance."""
-
-    @field_validator("file")
-    @classmethod
-    def _file(cls, file):
-        problem = check_file(file, IMAGES)
-        if problem:
-            raise fault(problem)
-        return file
 
 
 class SkyBackground(Model):

@@ -9,9 +9,9 @@ from pydantic import Field, field_validator, model_validator
 from typing_extensions import TypeAliasType
 
 from .fields import (
-    SMALLEST, Coordinate, Direction, Integer, Model, Name, NotNegative, Positive, Vector, choice, fault,
+    SMALLEST, Coordinate, Direction, Integer, MeshFile, Model, Name, NotNegative, Positive, Vector, choice, fault,
     list_of, name_or_inline)
-from .geometry import MESHES, check_faces, check_file, check_uvs
+from .geometry import check_faces, check_uvs
 from .materials import MaterialChoice
 from .steps import Transform
 
@@ -156,7 +156,7 @@ TextureCoordinates = TypeAliasType("TextureCoordinates", list_of(
 class Mesh(_Object):
     """Triangles: from a file, or `vertices` and `faces` in place."""
     type: Literal["mesh"]
-    file: str | None = None
+    file: MeshFile | None = None
     """A file beside the scene (PLY, OBJ, STL, GLB); on a server an uploaded asset, sha256:<64 hex
     digits>.<extension>."""
     vertices: list[Vector] | None = None
@@ -168,14 +168,6 @@ class Mesh(_Object):
     uv_faces: list[Annotated[list[Integer], Field(min_length=3, max_length=3)]] | None = None
     """For each face three indices into `uvs`. If not given, those of `faces`."""
     accelerator: Accelerator | None = None
-
-    @field_validator("file")
-    @classmethod
-    def _file(cls, file):
-        problem = check_file(file, MESHES) if file is not None else None
-        if problem:
-            raise fault(problem)
-        return file
 
     @model_validator(mode="after")
     def _one_source(self):

@@ -9,8 +9,7 @@ from typing import Union as OneOf
 from pydantic import Field, field_validator
 from typing_extensions import TypeAliasType
 
-from .fields import Colour, Coordinate, Fraction, Model, Positive, choice, fault, list_of, list_or_inline
-from .geometry import IMAGES, check_file
+from .fields import Colour, Coordinate, Fraction, ImageFile, Model, Positive, choice, fault, list_of, list_or_inline
 
 _Factor = Annotated[float, Field(ge=-1e6, le=1e6)]
 _Pair = TypeAliasType("UV", list_of(_Factor, 2, "For u and for v."))
@@ -65,7 +64,7 @@ class ScalarGradient(_Gradient):
 
 class _Image(Model):
     type: Literal["image"]
-    file: str
+    file: ImageFile
     """A file beside the scene (PNG, JPEG, EXR, HDR); on a server an uploaded asset, sha256:<64 hex
     digits>.<extension>."""
     wrap: Literal["repeat", "mirror", "clamp"] = "repeat"
@@ -76,14 +75,6 @@ class _Image(Model):
     """How many times the image stands side by side where u and v go from 0 to 1."""
     offset: _Pair = [0.0, 0.0]
     """Added to u and v after that: the image moves left and down."""
-
-    @field_validator("file")
-    @classmethod
-    def _file(cls, file):
-        problem = check_file(file, IMAGES)
-        if problem:
-            raise fault(problem)
-        return file
 
 
 class ImageTexture(_Image):
