@@ -48,5 +48,6 @@ void bind_scene(py::module_& module);
 void bind_queries(py::module_& module, SceneClass& scene);
 void bind_camera(py::module_& module);
 void bind_builder(py::module_& module);
+void bind_error(py::module_& module);
 void bind_image(py::module_& module);
 void bind_stress(py::module_& module);

@@ -10,6 +10,7 @@ PYBIND11_MODULE(_core, module) {
   bind_scene(module);
   bind_camera(module);
   bind_builder(module);
+  bind_error(module);
   bind_image(module);
   bind_stress(module);
 }

@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 from chunks import draw, exposed
 
+from tilecast._core import error_weights, window_mean
 from tilecast.render import error as estimation
-from tilecast.render.denominators import weight, weights, window_mean
+from tilecast.render.error import weight
 from tilecast.render.plan import make_plan
 
 RUNS, SIZE = 200, 64
@@ -134,7 +135,7 @@ def test_the_first_checkpoint_has_an_interval_too():
 
 
 def test_light_that_few_have_met_is_not_taken_for_finished():
-    """The stop of an image waits for 16 samples and for the upper end of the interval. Were I taken for R in
+    """The stop of an image waits for 16 samples. Were I taken for R in
     the denominator, the pixels that have not met the light would hide the error of those that have."""
     _, (relative, _, _, true) = estimates(rare, 16)
     plan = make_plan(SIZE, SIZE, 16, 32)
@@ -191,7 +192,7 @@ def test_a_part_of_the_samples_gives_a_denominator_of_its_own():
     image, variance = np.full((3, 21, 21), 0.2), np.full((3, 21, 21), 1e-4)
     off = image.copy()
     off[:, 10, 10] = 5.0
-    _, own, other = weights(np.array([image, off, image]), np.array([variance, variance, variance]))
+    _, own, other = error_weights(np.array([image, off, image]), np.array([variance, variance, variance]))
     assert own[0, 10, 10] == pytest.approx(1 / 25, rel=0.05) and other[0, 10, 10] == pytest.approx(1 / 0.05, rel=0.05)
 
 

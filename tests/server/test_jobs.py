@@ -9,7 +9,7 @@ from servers import exr, locally, long_scene, scene, until
 
 from tilecast import _core
 from tilecast import scene as scenes
-from tilecast.render import denominators, layers, local, output
+from tilecast.render import error, layers, local, output
 
 
 def test_a_scene_becomes_a_picture(server, tmp_path):
@@ -80,7 +80,7 @@ def test_an_exr_holds_layers_and_the_error_has_a_map(server, tmp_path):
     for tile in server.client.get(job["links"]["tiles"]).json()["tiles"]:
         window = slice(tile["y"], tile["y"] + tile["height"]), slice(tile["x"], tile["x"] + tile["width"])
         mean, variance = (np.moveaxis(of[window], 2, 0) for of in (image.pixels, image.variance))
-        assert tile["relative_mse"] == pytest.approx((variance * denominators.weight(mean, variance)).mean())
+        assert tile["relative_mse"] == pytest.approx((variance * error.weight(mean, variance)).mean())
 
 
 def test_an_adaptive_job_takes_the_samples_that_the_command_line_takes(server, tmp_path):

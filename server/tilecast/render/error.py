@@ -5,7 +5,7 @@ I, over n samples, D^2 with D = A - B tells the error without a reference: v = D
 expectation of (I - R)^2, for every pixel and channel, whatever the distribution. `mse` is the mean of v over
 pixels and channels.
 
-`relative_mse` is the mean of v / (R^2 + 0.01), with what `denominators` finds for the unknown R: half way, on the
+`relative_mse` is the mean of v / (R^2 + 0.01), with what core/render/denominators finds for the unknown R: half way, on the
 logarithmic axis, between two estimates. The one finds R from all samples and comes out too low, as R and v share noise;
 the other finds it from other samples than v, and comes out too high, as a noisy R is too low more often than not.
 
@@ -30,20 +30,20 @@ were normal and of one colour: E[v^2] = 3/4 tr(S^2) / 9. Nothing here asks the s
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from . import denominators, tails
+from .. import _core
+from . import tails
 
-# Numbers that a tile contributes: sums over its pixels, and what `tails` needs. Of the squared error and of the
-# relative one: v, and as its parts tell it (a . b)^2 and (a^2 + b^2) / 4; then the relative one with R from other
-# samples, from the same, and over sqrt(n).
-_SUMS = 9
-PARTIALS = _SUMS + tails.PARTIALS
+PARTIALS = _core.ERROR_PARTIALS  # numbers that a tile contributes: sums over its pixels, and what `tails` needs
+FLOOR = _core.ERROR_FLOOR  # added to R^2, so that black pixels count
+_SUMS = _core.ERROR_SUMS
 _BIAS = 0.3  # of the relative error, as a part of it, times sqrt(n): root mean square over example scenes
 NORMAL_95 = 1.959963984540054  # standard deviations either side of the mean that hold 95% of normal figures
+
+tile_partials = _core.error_partials
 
 
 @dataclass(frozen=True)
@@ -64,42 +64,6 @@ class ErrorEstimate:
         return asdict(self)
 
 
-def tile_partials(sums: np.ndarray, samples: int, parts: Sequence[tuple[np.ndarray, int]] = (),
-                  previous: np.ndarray | None = None) -> np.ndarray:
-    """What a tile contributes to the estimate at a checkpoint: float64 [PARTIALS].
-
-    `sums`: float64 [2, h, w, 3], even and odd samples apart, `samples` (at least 2) in all. `parts`: the same of
-    the samples before the last range and of those in it. Where one of them has a single sample, what they tell is taken
-    from `previous`, the partials of the checkpoint before.
-    """
-    split = bool(parts) and min(count for _, count in parts) >= 2
-    halves, means, variances = _moments([(sums, samples), *(parts if split else ())])
-    weights = denominators.weights(means, variances)
-    relative = variances[0] * weights[0]
-    found = np.zeros(PARTIALS) if previous is None else previous.copy()
-    found[0], found[3], found[8] = variances[0].sum() / 3, relative.sum() / 3, relative.sum() / 3 / math.sqrt(samples)
-    if split:
-        first, last = (count for _, count in parts)
-        a, b = halves[1] - halves[2]
-        a *= math.sqrt(_half_share(first, last, 1))
-        b *= math.sqrt(_half_share(first, last, 0))
-        square, product = (a * a + b * b) / 12, a * b / 3
-        crossed = (weights[1] + weights[2]) / 2
-        found[1], found[2] = (product.sum(axis=0) ** 2).sum(), square.sum()
-        found[4], found[5] = ((product * crossed).sum(axis=0) ** 2).sum(), (square * crossed).sum()
-        scale = first * last / samples**2 / 3
-        found[6] = (variances[1] * weights[2] + variances[2] * weights[1]).sum() * scale
-        found[7] = ((variances[1] + variances[2]) * weights[0]).sum() * scale
-        # Scaled by their samples, so that both estimate the variance of the whole.
-        found[_SUMS:] = tails.partials(*((variance * weights[0]).sum(axis=0) * (count / samples / 3)
-                                         for variance, count in zip(variances[1:], (first, last))))
-    elif previous is None:
-        for at, each in ((0, variances[0]), (3, relative)):
-            pixels = each.sum(axis=0) / 3
-            found[at + 1], found[at + 2] = 4 / 3 * (pixels * pixels).sum(), pixels.sum()
-    return found
-
-
 def relative_sums(partials: np.ndarray) -> np.ndarray:
     """The relative squared error of each tile, summed over its pixels; from float64 [tiles, PARTIALS]."""
     return partials[:, 3]
@@ -118,36 +82,27 @@ def estimate(partials: np.ndarray, pixels: int) -> ErrorEstimate:
                          None if share is None else share > tails.HEAVY, share)
 
 
+def weight(mean: np.ndarray, variance: np.ndarray) -> np.ndarray:
+    """1 / (R^2 + 0.01), R being the true image, of which `mean` and its estimated variance are known; float64
+    [3, h, w]."""
+    return _core.error_weights(mean[None], variance[None])[0]
+
+
 def error_map(pixels: np.ndarray, variance: np.ndarray) -> np.ndarray:
     """The relative squared error about each pixel, float32 [h, w]: the mean over 9 x 9 pixels of v / (R^2 + 0.01), as
     one pixel's v alone has one degree of freedom a channel, and says little. `pixels`: the image, `variance`: its v,
     float [h, w, 3]."""
     mean, v = (np.moveaxis(image.astype(np.float64), 2, 0) for image in (pixels, variance))
-    return denominators.window_mean(v * denominators.weight(mean, v)).mean(axis=0).astype(np.float32)
+    return _core.window_mean(v * weight(mean, v)).mean(axis=0).astype(np.float32)
 
 
 def variance(sums: np.ndarray, samples: int) -> np.ndarray:
-    """v of every pixel, float64 [h, w, 3], from `sums` as in `tile_partials`; 0 where one sample tells nothing."""
-    return np.moveaxis(_moments([(sums, samples)])[2][0], 0, 2) if samples > 1 else np.zeros(sums.shape[1:])
-
-
-def _moments(parts: Sequence[tuple[np.ndarray, int]]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of k times (sums [2, h, w, 3], samples): the means of both halves, float64 [k, 2, 3, h, w]; and the mean of all,
-    and v, which estimates its variance, float64 [k, 3, h, w] each."""
-    counts = np.array([((count + 1) // 2, count // 2) for _, count in parts], np.float64)[:, :, None, None, None]
-    # Channel by channel: numpy sums over those three fast.
-    halves = np.ascontiguousarray(np.moveaxis(np.array([sums for sums, _ in parts]), 4, 2))
-    n_a, n_b = counts[:, 0], counts[:, 1]
-    mean = (halves[:, 0] + halves[:, 1]) / (n_a + n_b)
-    halves /= counts
-    return halves, mean, (halves[:, 0] - halves[:, 1]) ** 2 * (n_a * n_b / (n_a + n_b) ** 2)
-
-
-def _half_share(first: int, last: int, odd: int) -> float:
-    """Of the variance of the difference of two parts' means, what the mean over both has: of a half of `first` and of
-    `last` samples, the even ones with `odd` = 1 (they are one more where the number is odd), the odd ones with 0."""
-    n, m = (first + odd) // 2, (last + odd) // 2
-    return n * m / (n + m) ** 2
+    """v of every pixel, float64 [h, w, 3], from the sums of even and of odd samples, float64 [2, h, w, 3]; 0 where one
+    sample tells nothing."""
+    if samples < 2:
+        return np.zeros(sums.shape[1:])
+    even, odd = (samples + 1) // 2, samples // 2
+    return (sums[0] / even - sums[1] / odd) ** 2 * (even * odd / samples**2)
 
 
 def _interval(total: float, products: float, parts: float, pixels: int,

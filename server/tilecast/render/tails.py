@@ -17,23 +17,22 @@ is not normal, and more than half of the error lies where it was not to be fores
 distribution has no finite variance come to more than 0.8 (Pareto, exponent 1.5), events that fewer than one pixel
 in a hundred has met to nearly 1.
 
-Tiles contribute histograms over the logarithm of a and of b, which simply add up; within the bin in which the hundredth
-ends, pixels count as equal.
+Tiles contribute histograms over the logarithm of a and of b (core/render/tails), which simply add up; within the bin in
+which the hundredth ends, pixels count as equal.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from .. import _core
+
 HEAVY = 0.5
 _TOP = 0.01  # of all pixels
-_LOWEST, _BINS = -16, 24  # of powers of 4, for errors relative to the image; what is larger counts in the last
+_BINS = _core.TAIL_BINS
 PARTIALS = 6 * _BINS  # for each of a and b: pixels, their sum, and the sum of the other, by bin
 
-
-def partials(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """What a tile's pixels contribute, float64 [PARTIALS]. `a`, `b`: two estimates of each pixel's relative error."""
-    return np.concatenate([_histogram(a.ravel(), b.ravel()), _histogram(b.ravel(), a.ravel())])
+partials = _core.tail_partials
 
 
 def tail_share(total: np.ndarray) -> float | None:
@@ -41,12 +40,6 @@ def tail_share(total: np.ndarray) -> float | None:
     if not total.any():
         return None
     return max(_unforeseen(*way) for way in total.reshape(2, 3, _BINS))
-
-
-def _histogram(values: np.ndarray, others: np.ndarray) -> np.ndarray:
-    _, exponent = np.frexp(values)
-    at = np.where(values > 0, np.clip(exponent // 2 - _LOWEST, 0, _BINS - 1), 0)
-    return np.concatenate([np.bincount(at, weights, _BINS) for weights in (None, values, others)])
 
 
 def _unforeseen(counts: np.ndarray, sums: np.ndarray, others: np.ndarray) -> float:

@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from .. import _core
-from ..render.denominators import FLOOR
+from ..render.error import FLOOR
 from ..scene.errors import SceneError
 
 
