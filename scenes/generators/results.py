@@ -35,7 +35,7 @@ SCENES = {
     "adaptive": ("csg-of-meshes", "drilled-part-brass", "ellipsoids", "nested-glass")}
 HEIGHT, CALIBRATED, ADAPTIVE = 96, 36, 240  # pixels; the width keeps the scene's shape
 SAMPLES, SEEDS, RENDERS = 64, 4, 200
-TARGET, STOPS, MOST = 1e-3, 4, 1024  # a relative MSE, images that stop there, and the samples that they may take
+TARGET, STOPS, MOST = 1e-3, 16, 1024  # a relative MSE, images that stop there, and the samples that they may take
 
 
 def at_height(scene: Path, height: int, samples: int) -> list[str]:
@@ -118,8 +118,8 @@ def calibration_section(names: tuple[str, ...]) -> str:
         f"{RENDERS} renders of {CALIBRATED} rows with {SAMPLES} samples a pixel: what they predict over what is true, "
         "and how often their 95% interval holds the truth; in brackets: 95% confidence. All renders but one are the "
         f"reference of that one (`tilecast report SCENE --calibrate {RENDERS}` does the same). Then {STOPS} more with "
-        f"`render.stop.relative_mse` = {TARGET:g} and at most {MOST} samples, which end where the upper end of their "
-        f"interval is below it, at 16 samples or later: their samples, and their true error over {TARGET:g}, mean and "
+        f"`render.stop.relative_mse` = {TARGET:g} and at most {MOST} samples, which end by their own "
+        f"estimate, at 16 samples or later: their samples, and their true error over {TARGET:g}, mean and "
         f"range. Measured on {date.today()}.", "", *table(CALIBRATION_HEADS, rows)])
 
 

@@ -15,7 +15,7 @@ from ..scene.schema import Stop
 from .error import ErrorEstimate
 from .film import Film
 from .plan import Chunk, Plan, Tile
-from .rounds import PILOT, Rounds
+from .rounds import PILOT, Rounds, reckoned
 
 Event = dict[str, Any]
 
@@ -34,8 +34,8 @@ class ChunkResult:
 class Rendering:
     """The making of one image after `plan`, round by round; see `rounds`.
 
-    `stop.relative_mse` ends it with the first round after which the upper end of the error's interval is below the
-    limit and the image is not heavy-tailed, so the image is the same however the chunks ran. `stop.seconds` hands out
+    `stop.relative_mse` ends it with the first round after which the error is that low (see `rounds`), so the image is
+    the same however the chunks ran. `stop.seconds` hands out
     no new chunk after that time; what is done is kept, and every pixel has its first samples. Time counts while chunks
     are in flight: an image that is paused does not use up its seconds.
     """
@@ -124,8 +124,7 @@ class Rendering:
                 self.curve.append({key: value for key, value in point.items() if key != "type"})
             if not self._rounds.complete:
                 break
-            last = self.curve[-1] if self.curve else {}
-            self._rounds.go_on(last.get("high"), last.get("heavy_tailed") is True)
+            self._rounds.go_on(self.curve[-1] if self.curve else None)
         return events
 
     def tile_event(self, tile: Tile) -> Event:
@@ -183,7 +182,7 @@ class Rendering:
         needed = self.plan.samples
         if self.stop.relative_mse is not None and self.curve:
             point = self.curve[-1]  # the error falls as 1 / samples
-            times = max(point["high"] / self.stop.relative_mse, 2 if point["heavy_tailed"] else 0)
+            times = max(reckoned(point) / self.stop.relative_mse, 2 if point["heavy_tailed"] else 0)
             needed = min(max(point["samples"] * times, PILOT), needed)
         return min(self.film.samples / (self.plan.width * self.plan.height * needed), 1.0)
 

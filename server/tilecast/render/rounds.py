@@ -5,15 +5,18 @@ the first round is a pilot of 16 samples: so few have often not met the light at
 What comes next is decided when every tile has reached the end of a round, from the film alone. The same decisions
 follow after a restart, from the tiles that were stored; and the image depends on nobody's speed.
 
-A goal for the error ends an image when its interval lies below it. Not so while the image is labelled heavy-tailed (see
-`tails`): its estimate rests on a few rare events, and says too little most of the time. Such an image goes on, with as
-many samples again each round, until the label is gone or the samples or seconds that it may take are used up.
+A goal for the error ends an image when its estimate lies below it. Where few pixels make the estimate unsure, it must
+lie so far below that the upper end of its interval is at most half as much again as the goal. And nothing ends while
+the image is labelled heavy-tailed (see `tails`): its estimate rests on a few rare events, and says too little most of
+the time. Such an image goes on, with as many samples again each round, until the label is gone or the samples or seconds
+that it may take are used up.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import takewhile
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +26,13 @@ from .film import Film
 from .plan import MOST_IN_RANGE, Chunk, Tile
 
 PILOT = 16  # samples
+_DOUBT = 1.5  # times the goal: what the upper end of the interval may be
 _ALL = 63 / 64  # of the samples that tiles may share: what is left is less than a level for most of them
+
+
+def reckoned(point: Mapping[str, Any]) -> float:
+    """The relative MSE that decides whether an image has reached its goal, from a point of its error curve."""
+    return max(point["relative_mse"], point["high"] / _DOUBT)
 
 
 class Rounds:
@@ -87,11 +96,12 @@ class Rounds:
         if self.complete and max(self._rows) > self._first:
             yield self.mean, self.film.error_after(self._rows)
 
-    def go_on(self, error: float | None, heavy_tailed: bool) -> None:
-        """Begins the next round, or ends. To be called when the round is complete; `error`: the upper end of the
-        interval of its relative MSE, where there is one; `heavy_tailed`: whether that cannot be trusted."""
+    def go_on(self, point: Mapping[str, Any] | None) -> None:
+        """Begins the next round, or ends. To be called when the round is complete; `point`: the last of the error
+        curve."""
         most, done = self._plan.samples, self.mean
-        short = error / self._target if self._target is not None and error is not None else None
+        short = reckoned(point) / self._target if self._target is not None and point else None
+        heavy_tailed = point is not None and point["heavy_tailed"] is True
         enough = short is not None and short <= 1 and done >= PILOT and not heavy_tailed
         if enough or done >= (most * _ALL if self._adaptive else most):
             self.ended = True

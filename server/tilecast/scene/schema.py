@@ -39,9 +39,10 @@ class Image(Model):
 class Stop(Model):
     """Ends the render early, at whichever comes first."""
     relative_mse: Positive | None = None
-    """Stop when the relative mean squared error is surely (97.5%) below this. Looked at from 16 samples on: at powers of
-    two, and up to eight times between two of them where the error is near this. An image whose error rests on rare bright
-    samples (`heavy_tailed` in its statistics) cannot be sure of it, and goes on to `samples` or `seconds`."""
+    """Stop when the relative mean squared error is estimated to be below this, and surely (97.5%) below 1.5 times this.
+    Looked at from 16 samples on: at powers of two, and up to eight times between two of them where the error is near
+    this. An image whose error rests on rare bright samples (`heavy_tailed` in its statistics) cannot be sure of it, and
+    goes on to `samples` or `seconds`."""
     seconds: Positive | None = None
     """Start nothing new after this time; every pixel gets its first samples all the same."""
 
