@@ -1,4 +1,5 @@
-// Owen-scrambled Sobol points in padded pairs of dimensions, keyed by (pixel, sample index, seed) and nothing else.
+// Owen-scrambled Sobol points in padded pairs of dimensions, keyed by (pixel, sample index, seed) and nothing else. Or,
+// for comparison, independent ones: of each sample's own sequence the first point.
 //
 // Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; the permutation's constants are Vegdahl's. Even and
 // odd sample indices are two independently scrambled sequences: two independent estimates of the pixel, which is what
@@ -19,18 +20,22 @@ inline uint32_t hash_mix(uint32_t x) {  // Wellons, lowbias32
 }
 inline uint32_t hash_combine(uint32_t a, uint32_t b) { return hash_mix(a ^ hash_mix(b + 0x9e3779b9u)); }
 
+enum class Sampling : uint8_t { Sobol, Independent };
+inline constexpr const char* kSamplingNames[]{"sobol", "independent"};
+
 class Sampler {
  public:
-  Sampler(uint32_t x, uint32_t y, uint32_t sample, uint32_t seed)
-      : index_(reverse(sample >> 1)),
-        key_(hash_combine(hash_combine(hash_combine(hash_mix(seed), x), y), sample & 1)) {}
+  Sampler(uint32_t x, uint32_t y, uint32_t sample, uint32_t seed, Sampling sampling = Sampling::Sobol)
+      : index_(sampling == Sampling::Sobol ? reverse(sample >> 1) : 0),
+        key_(hash_combine(hash_combine(hash_combine(hash_mix(seed), x), y),
+                          sampling == Sampling::Sobol ? sample & 1 : sample)) {}
 
   // Uniform in [0, 1).
   double next1() {
     uint32_t key = next_key();
     return to_unit(reverse(permute(shuffled(key), hash_mix(key + 1))));
   }
-  // Uniform in [0, 1)^2, well spread over the samples of a pixel.
+  // Uniform in [0, 1)^2; Sobol points are well spread over the samples of a pixel.
   Vec2 next2() {
     uint32_t key = next_key();
     uint32_t i = shuffled(key);

@@ -105,7 +105,7 @@ Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, Traci
     }
     double strength = max_component(throughput) * scale;
     if (!(strength > 0.0)) break;
-    if (depth >= kRouletteDepth) {
+    if (depth >= kRouletteDepth && scene.roulette) {
       double survival = std::min(1.0, strength);
       if (sampler.next1() >= survival) break;
       throughput /= survival;

@@ -26,7 +26,7 @@ ChunkSums render_chunk(const Scene& scene, const Tile& tile, uint32_t first, uin
       uint32_t x = tile.x + column, y = tile.y + row;
       Rgb halves[2] = {Rgb(0.0), Rgb(0.0)};
       for (uint32_t sample = first; sample < first + count; ++sample) {
-        Sampler sampler(x, y, sample, scene.seed);
+        Sampler sampler(x, y, sample, scene.seed, scene.sampling);
         const CameraSample seen = sample_camera(scene, x, y, sampler);
         if (many_origins) media = media_at(scene, seen.ray.origin);
         Rgb value = seen.weight * radiance(scene, seen.ray, media, sampler, tracing);

@@ -23,7 +23,7 @@ std::vector<float> first_hits(const Scene& scene, const Tile& tile, uint32_t sam
       double distance = 0.0;
       uint32_t hits = 0;
       for (uint32_t sample = 0; sample < samples; ++sample) {
-        Sampler sampler(x, y, sample, scene.seed);
+        Sampler sampler(x, y, sample, scene.seed, scene.sampling);
         const auto [ray, weight] = sample_camera(scene, x, y, sampler);
         Hit hit = closest(scene, ray);
         if (!hit.found()) continue;

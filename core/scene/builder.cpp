@@ -242,6 +242,8 @@ std::shared_ptr<const Scene> SceneBuilder::build(uint32_t root, const Options& o
   scene_.max_depth = options.max_depth;
   scene_.seed = options.seed;
   scene_.next_event = options.next_event;
+  scene_.sampling = options.sampling;
+  scene_.roulette = options.roulette;
   if (!(options.ao_distance > 0.0)) throw Error("ao_distance: must be positive, got " + text(options.ao_distance));
   scene_.ao_distance = options.ao_distance;
   drop_unused_uvs(root);

@@ -46,6 +46,8 @@ class SceneBuilder {
     uint32_t seed = 0;
     bool next_event = true;
     double ao_distance = kInfinity;
+    Sampling sampling = Sampling::Sobol;
+    bool roulette = true;
   };
   // Finishes the scene; the builder is empty afterwards.
   std::shared_ptr<const Scene> build(uint32_t root, const Options& options);

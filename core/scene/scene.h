@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/sampler.h"
 #include "optics/energy.h"
 #include "scene/camera.h"
 #include "scene/light.h"
@@ -55,7 +56,9 @@ struct Scene {
   int max_depth = 8;       // path segments from the camera
   double ao_distance = kInfinity;  // how far ambient occlusion looks, metres
   uint32_t seed = 0;
-  bool next_event = true;  // sample the lights; off for tests only
+  Sampling sampling = Sampling::Sobol;
+  bool next_event = true;  // sample the lights
+  bool roulette = true;    // end paths that carry little
 
   bool dielectrics = false;           // a material refracts
   bool see_through = false;           // a material has an opacity below 1

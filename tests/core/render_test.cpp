@@ -100,6 +100,24 @@ TEST(Furnace, AnEmittingSphereFromInside) {
   }
 }
 
+TEST(Roulette, EndsPathsWithoutAnyLossOfLight) {
+  auto build = [](bool roulette) {
+    SceneBuilder builder;
+    builder.set_camera(Camera(Vec3(0), Vec3(0, 0, -1), Vec3(0, 1, 0), 40, 4, 4));
+    int material = builder.add_material({.reflectance = Rgb(0.5), .emission = Rgb(1.0)});
+    MeshSource source = icosphere(2);
+    for (auto& f : source.faces) std::swap(f.x, f.y);  // faces inwards
+    return scene_of(builder, {{builder.add_mesh(source.build(), "auto"), Affine{}, material}}, "auto",
+                    {.max_depth = 30, .next_event = false, .roulette = roulette});
+  };
+  const double exact = 2.0 - std::ldexp(1.0, -29);
+  ChunkSums whole = render_chunk(*build(false), {0, 0, 4, 4}, 0, 64), cut = render_chunk(*build(true), {0, 0, 4, 4}, 0, 64);
+  for (double sum : whole.sums) EXPECT_NEAR(sum / 32, exact, 1e-12);  // no path differs from another
+  EXPECT_EQ(whole.rays.bounce, 4 * 4 * 64 * 29u);
+  EXPECT_LT(cut.rays.bounce, whole.rays.bounce / 4);
+  EXPECT_NEAR(mean(*build(true), 4096).x, exact, 0.01);  // a path's deviation is 0.5: four standard errors
+}
+
 TEST(NextEvent, AgreesWithPathsThatFindTheLightByChance) {
   auto build = [](bool next_event) {
     SceneBuilder builder;
@@ -156,6 +174,32 @@ TEST(Sampler, HasOneSampleInEachElementaryInterval) {
         for (int i = 0; i < n; ++i) ASSERT_TRUE(first[i] == 1 && second[i] == 1);
       }
     }
+}
+
+TEST(Sampler, GivesIndependentPointsWhereTheyAreAskedFor) {
+  // Pairs of a sample's numbers, and of one sample's and the next one's: chi-squared of 8 x 8 cells, 63 degrees of freedom.
+  const int n = 1 << 16;
+  const auto point = [](uint32_t sample) {
+    Sampler sampler(5, 7, sample, 3, Sampling::Independent);
+    sampler.next2();
+    const double first = sampler.next1();
+    const Vec2 u = sampler.next2();
+    return std::array{first, u.x, u.y};
+  };
+  const std::pair<int, int> pairs[] = {{0, 1}, {1, 2}, {0, 3}, {1, 4}, {2, 5}, {1, 5}};
+  std::vector<int> cells(std::size(pairs) * 64);
+  for (uint32_t sample = 0; sample < n; ++sample) {
+    const auto a = point(sample), b = point(sample + 2);  // of the same half
+    const double numbers[] = {a[0], a[1], a[2], b[0], b[1], b[2]};
+    for (size_t k = 0; k < std::size(pairs); ++k)
+      ++cells[64 * k + static_cast<int>(8 * numbers[pairs[k].first]) * 8 + static_cast<int>(8 * numbers[pairs[k].second])];
+  }
+  for (size_t k = 0; k < std::size(pairs); ++k) {
+    double chi_squared = 0.0;
+    for (int i = 0; i < 64; ++i) chi_squared += std::pow(cells[64 * k + i] - n / 64.0, 2) / (n / 64.0);
+    EXPECT_GT(chi_squared, 28.0) << k;   // 1e-4 either side
+    EXPECT_LT(chi_squared, 112.0) << k;
+  }
 }
 
 }  // namespace

@@ -53,6 +53,8 @@ def test_what_is_left_out_has_a_default():
     "render.samples=64.0",
     "render.integrator=whitted",
     "render.next_event=false",
+    "render.sampler=independent",
+    "render.roulette=false",
     "scene=[]",
 ])
 def test_is_taken_by_parser_and_schema_alike(setting, validator):

@@ -129,7 +129,8 @@ class _Compiler:
         reach = {} if settings.ao_distance is None else {"ao_distance": settings.ao_distance}
         with at(()):
             return builder.build(root, integrator=settings.integrator, max_depth=settings.max_depth,
-                                 seed=settings.seed, next_event=settings.next_event, **reach)
+                                 seed=settings.seed, next_event=settings.next_event, sampler=settings.sampler,
+                                 roulette=settings.roulette, **reach)
 
     def _needed(self, roots: Sequence[tuple[Path, Any]]) -> list[str]:
         """The names that `roots` use, each after all that it uses itself. Without recursion: chains may be

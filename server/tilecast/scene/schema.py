@@ -81,6 +81,12 @@ class Render(Model):
     next_event: bool = True
     """Sample lights directly. Without it the path integrator finds them by chance: the same image, with more
     noise."""
+    sampler: Literal["sobol", "independent"] = "sobol"
+    """Where in each pixel, lens and light the samples lie: scrambled Sobol points, which are spread evenly, or
+    independent ones, with more noise."""
+    roulette: bool = True
+    """End paths that carry little at random, and weigh the others up: the same image in less time, with more noise for
+    each sample."""
 
     @field_validator("view_range")
     @classmethod
