@@ -21,12 +21,15 @@ struct Specimen {
 // Of the parts, if there are any, in equal shares.
 Specimen specimen(Material material, bool white, bool inside = false, const std::vector<Material>& parts = {}) {
   SceneBuilder builder;
+  builder.add_texture(Gradient{Rgb(0.5), Rgb(0.5), 0, 0.0, 1.0});  // what a normal map is asked for is in the surface
   for (size_t i = 0; i < parts.size(); ++i) {
     material.parts[i] = builder.add_material(parts[i]);
     material.shares[i] = 1.0 / parts.size();
   }
   int handle = builder.add_material(material);
   Specimen out{scene_of(builder, {{builder.add_solid(Sphere{1.0}), Affine{}, handle}}), {}, {}, white};
+  out.surface.normal = Vec3(0, 0, 1);
+  out.surface.front = !inside;
   out.surface.material = &out.scene->materials[handle];
   if (out.surface.material->refracts) {
     double ior = out.surface.material->ior;
@@ -61,6 +64,28 @@ const std::vector<Specimen>& specimens() {
     Material glass{.kind = Dielectric, .roughness = 0.25}, mirror{.kind = Mirror, .reflectance = white};
     for (bool inside : {false, true}) out.push_back(specimen({.kind = Blend}, true, inside, {metal, glass, body}));
     out.push_back(specimen({.kind = Blend}, true, false, {body, mirror}));
+    return out;
+  }();
+  return all;
+}
+
+// Some whose lobes stand about the normal of a map, so that light is lost below the horizon, and both ways differ.
+const std::vector<Specimen>& tilted_specimens() {
+  static const std::vector<Specimen> all = [] {
+    using enum MaterialKind;
+    std::vector<Specimen> out;
+    for (double angle : {0.3, 1.2}) {
+      auto add = [&](Material material, bool inside = false) {
+        material.normal_map = 0;
+        Specimen tilted = specimen(material, false, inside);
+        tilted.surface.shading_normal = {std::sin(angle), 0.0, std::cos(angle)};
+        out.push_back(tilted);
+      };
+      add({.kind = Diffuse, .reflectance = Rgb(1.0)});
+      add({.kind = Conductor, .reflectance = Rgb(1.0), .roughness = 0.5});
+      add({.kind = Plastic, .reflectance = Rgb(1.0), .roughness = 0.5, .ior = 1.5});
+      for (bool inside : {false, true}) add({.kind = Dielectric, .roughness = 0.5, .ior = 1.5}, inside);
+    }
     return out;
   }();
   return all;
@@ -123,8 +148,9 @@ constexpr int kSamples = 1 << 16;
 
 // -log10 of the probability that the samples are from the density.
 double density_error(Random& random, uint64_t i) {
-  const Specimen& specimen = specimens()[i % specimens().size()];
-  const Vec3 wo = random_viewer(random, i / specimens().size());
+  const size_t plain = specimens().size(), number = i % (plain + tilted_specimens().size());
+  const Specimen& specimen = number < plain ? specimens()[number] : tilted_specimens()[number - plain];
+  const Vec3 wo = random_viewer(random, i / (plain + tilted_specimens().size()));
   const Bsdf bsdf = specimen.bsdf();
   const int sides = specimen.surface.material->refracts ? 2 : 1;
   std::vector<double> counts(sides * kBands * kTurns + 1), expected(counts.size());
@@ -231,8 +257,8 @@ double between_ways(Random& random, uint64_t i) {
 }  // namespace
 
 void add_scattering(std::vector<Case>& out) {
-  const uint64_t kinds = 26;
-  out.push_back({"sampling-density", 28, "-log10 of the p-value, 65,536 samples each", 8, Combine::Max, 2 * kinds, 10'000,
+  const uint64_t kinds = 26, tilted = 10;
+  out.push_back({"sampling-density", 28, "-log10 of the p-value, 65,536 samples each", 8, Combine::Max, 2 * (kinds + tilted), 10'000,
                  worst_of(density_error), 1});
   out.push_back({"white-samples", 29, "mean off 1, in 1e-4 and 5.6 standard errors", 1, Combine::Max, 2 * kinds, 10'000,
                  worst_of(lost_by_samples), 1});
