@@ -70,22 +70,22 @@ DirectLight sample_direct(const Scene& scene, const Surface& surface, const Ligh
   const Lights& lights = scene.lights;
   const size_t light = choice.light;
   const double probability = choice.probability;
-  if (light < lights.first_spot())
+  if (built_with("point_lights") && light < lights.first_spot())
     return from_place(surface, lights.points[light].position, lights.points[light].intensity, probability);
-  if (light < lights.first_area()) {
+  if (built_with("spot_lights") && light < lights.first_area()) {
     const SpotLight& spot = lights.spots[light - lights.first_spot()];
     DirectLight out = from_place(surface, spot.position, spot.intensity, probability);
     if (out.arrives()) out.radiance *= spot.falloff(-glm::dot(out.direction, spot.direction));
     return out;
   }
-  if (light < lights.first_directional())
+  if (built_with("area_lights") && light < lights.first_directional())
     return from_area(surface, lights.areas[light - lights.first_area()], probability, sampler);
   DirectLight out;
-  if (light < lights.environment_number()) {
+  if (built_with("directional_lights") && light < lights.environment_number()) {
     const DirectionalLight& sun = lights.directionals[light - lights.first_directional()];
     out.direction = -sun.direction;
     out.radiance = sun.irradiance / probability;
-  } else {
+  } else if (built_with("environment")) {
     const Environment::Sample found = lights.environment->sample(sampler.next2());
     out.pdf = usable(found.pdf * probability);
     if (out.pdf == 0.0) return out;

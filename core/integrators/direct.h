@@ -32,7 +32,8 @@ inline double power_heuristic(double a, double b) {
 
 // What comes from where a ray hits nothing.
 inline Rgb background(const Scene& scene, const Vec3& direction) {
-  return scene.lights.environment ? scene.lights.environment->radiance(direction) : scene.background;
+  if (built_with("environment") && scene.lights.environment) return scene.lights.environment->radiance(direction);
+  return built_with("background") ? scene.background : Rgb(0.0);
 }
 
 }  // namespace tilecast

@@ -18,7 +18,7 @@ struct Tracing {
 
 // Path tracing with next-event estimation, multiple importance sampling (power heuristic) and roulette. The integrator
 // "direct" is the same with two segments at most: what shines, and what is lit by it.
-Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, Tracing& tracing);
+Rgb trace_path(const Scene& scene, const Ray& ray, const Media& media, Sampler& sampler, Tracing& tracing);
 
 // Whitted, "An Improved Illumination Model for Shaded Display", CACM 23(6), 1980: direct light, mirror and refracted
 // rays followed recursively, no diffuse interreflection. Shadow rays pass through dielectrics unbent, weakened at

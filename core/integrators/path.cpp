@@ -1,4 +1,3 @@
-#include "base/counters.h"
 #include "integrators/direct.h"
 #include "integrators/shadow.h"
 #include "shading/bsdf.h"
@@ -9,8 +8,9 @@ namespace {
 constexpr int kRouletteDepth = 4;  // path segments that are never cut short
 
 // What the lights send to the surface and on to wo, by one of them. media: on the side of wo.
+template <class SomeMedia>
 Rgb next_event(const Scene& scene, const Surface& surface, bool entering, const LitPlace& place, const Basis& basis,
-               const Vec3& wo, const Bsdf& bsdf, const Media& media, Sampler& sampler, Tracing& tracing) {
+               const Vec3& wo, const Bsdf& bsdf, const SomeMedia& media, Sampler& sampler, Tracing& tracing) {
   LightChoice choice{0, 1.0};
   if (scene.lights.count() > 1) choice = scene.lights.choose(sampler.next1(), place);
   if (!(choice.probability > 0.0)) return Rgb(0.0);
@@ -20,12 +20,12 @@ Rgb next_event(const Scene& scene, const Surface& surface, bool entering, const 
   double bsdf_pdf;
   Rgb f = bsdf.evaluate(wo, wi, bsdf_pdf);
   if (!(max_component(f) > 0.0)) return Rgb(0.0);
-  auto unshadowed_in = [&](const Media& here) {
+  auto unshadowed_in = [&](const SomeMedia& here) {
     return unshadowed(scene, direct.shadow, here, Glass::Stops, choice.light, tracing);
   };
   Rgb left;
-  if (wi.z < 0.0) {
-    Media behind = media;
+  if (built_with("dielectric") && wi.z < 0.0) {
+    SomeMedia behind = media;
     behind.cross(*surface.material, entering);
     left = unshadowed_in(behind);
   } else {
@@ -34,11 +34,10 @@ Rgb next_event(const Scene& scene, const Surface& surface, bool entering, const 
   return f * direct.radiance * left * (direct.pdf > 0.0 ? power_heuristic(direct.pdf, bsdf_pdf) : 1.0);
 }
 
-}  // namespace
-
-Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, Tracing& tracing) {
+template <bool kPassable>
+Rgb trace(const Scene& scene, Ray ray, MediaOf<kPassable> media, Sampler& sampler, Tracing& tracing) {
   const int max_depth = scene.integrator == Integrator::Direct ? std::min(2, scene.max_depth) : scene.max_depth;
-  const bool sample_lights = scene.next_event && scene.lights.count() > 0;
+  const bool sample_lights = built_with("shadow_rays") && scene.next_event && scene.lights.count() > 0;
   Rgb sum(0.0), throughput(1.0);
   double scale = 1.0;        // of radiance by refraction, which roulette must not mistake for absorption
   double bsdf_pdf = 0.0;     // of the direction that led here; 0: no light could have been sampled instead
@@ -51,14 +50,14 @@ Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, Traci
     for (;;) {  // to the first surface that the light does not go straight through
       hit = closest(scene, ray);
       if (!hit.found()) {
-        const bool sampled = sample_lights && bsdf_pdf > 0.0 && scene.lights.environment;
+        const bool sampled = built_with("environment") && sample_lights && bsdf_pdf > 0.0 && scene.lights.environment;
         const double weight =
             sampled ? power_heuristic(bsdf_pdf, environment_pdf(scene.lights, from, ray.direction)) : 1.0;
         return sum + throughput * media.transmittance(kInfinity) * background(scene, ray.direction) * weight;
       }
       surface = resolve(scene, ray, hit);
       throughput *= media.transmittance(hit.t - ray.t_min);
-      if (!surface.material->passable()) break;
+      if (!(kPassable && passable(*surface.material))) break;
       boundary = media.at(*surface.material, hit.entering);
       if (boundary.real) {
         double opacity = opacity_at(scene, surface);
@@ -74,9 +73,9 @@ Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, Traci
     Vec3 wo_world = -ray.direction;
     double distance = hit.t;
 
-    if (hit.entering && material.emits()) {
+    if (built_with("emission") && hit.entering && material.emits()) {
       double weight = 1.0;
-      int area = sample_lights && bsdf_pdf > 0.0 ? scene.lights.find(hit.primitive) : -1;
+      int area = built_with("area_lights") && sample_lights && bsdf_pdf > 0.0 ? scene.lights.find(hit.primitive) : -1;
       if (area >= 0) {
         double cosine = std::max(1e-300, glm::dot(wo_world, surface.normal));
         weight = power_heuristic(bsdf_pdf, area_light_pdf(scene.lights, area, from, distance, cosine));
@@ -91,7 +90,7 @@ Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, Traci
     Bsdf bsdf(scene, surface, boundary);
     if (sample_lights && !bsdf.specular()) {
       // Lights behind the surface count as well where any may come through.
-      from = {surface.point, material.refracts ? Vec3(0.0) : basis.z};
+      from = {surface.point, kPassable && refracts(material) ? Vec3(0.0) : basis.z};
       sum += throughput * next_event(scene, surface, hit.entering, from, basis, wo, bsdf, media, sampler, tracing);
     }
 
@@ -99,7 +98,7 @@ Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, Traci
     if (!bsdf.sample(wo, sampler, scattered)) break;
     throughput *= scattered.weight;
     bsdf_pdf = scattered.specular ? 0.0 : scattered.pdf;
-    if (scattered.wi.z < 0.0) {
+    if (kPassable && built_with("dielectric") && scattered.wi.z < 0.0) {
       scale *= boundary.eta * boundary.eta;
       media.cross(material, hit.entering);
     }
@@ -115,6 +114,13 @@ Rgb trace_path(const Scene& scene, Ray ray, Media media, Sampler& sampler, Traci
     ++tracing.counts.bounce;
   }
   return sum;
+}
+
+}  // namespace
+
+Rgb trace_path(const Scene& scene, const Ray& ray, const Media& media, Sampler& sampler, Tracing& tracing) {
+  if (passable(scene)) return trace<true>(scene, ray, media, sampler, tracing);
+  return trace<false>(scene, ray, {}, sampler, tracing);
 }
 
 }  // namespace tilecast

@@ -1,6 +1,5 @@
 #include "integrators/shadow.h"
 
-#include "base/counters.h"
 #include "optics/fresnel.h"
 #include "shading/textured.h"
 
@@ -11,6 +10,7 @@ namespace {
 Rgb shadow_transmittance(const Scene& scene, Ray ray, Media media, Glass glass, Tracing& tracing) {
   Rgb left(1.0);
   const double length = glm::length(ray.direction);
+  TILECAST_COUNT(shadow);
   while (max_component(left) > 0.0) {
     ++tracing.counts.shadow;
     Hit hit = closest(scene, ray);
@@ -18,7 +18,7 @@ Rgb shadow_transmittance(const Scene& scene, Ray ray, Media media, Glass glass, 
     if (!hit.found()) return left;
     Surface surface = resolve(scene, ray, hit);
     const Material& material = *surface.material;
-    if (!material.passable()) return Rgb(0.0);
+    if (!passable(material)) return Rgb(0.0);
     Boundary boundary = media.at(material, hit.entering);
     if (boundary.real) {
       const double opacity = opacity_at(scene, surface);
@@ -40,12 +40,11 @@ Rgb shadow_transmittance(const Scene& scene, Ray ray, Media media, Glass glass, 
 }  // namespace
 
 Rgb unshadowed(const Scene& scene, const Ray& ray, const Media& media, Glass glass, size_t light, Tracing& tracing) {
-  TILECAST_COUNT(shadow);
   // Inside of a medium there may be surfaces of others that do not count there.
   const bool glass_in_the_way = glass == Glass::Passes ? scene.dielectrics : media.current() != nullptr;
-  if (scene.see_through || glass_in_the_way) return shadow_transmittance(scene, ray, media, glass, tracing);
-  ++tracing.counts.shadow;
-  return Rgb(occluded(scene, ray, tracing.occluders.of(light)) ? 0.0 : 1.0);
+  if ((built_with("opacity") && scene.see_through) || (built_with("dielectric") && glass_in_the_way))
+    return shadow_transmittance(scene, ray, media, glass, tracing);
+  return unshadowed(scene, ray, NoMedia{}, glass, light, tracing);
 }
 
 }  // namespace tilecast

@@ -1,6 +1,7 @@
-// Light along shadow rays that not all surfaces stop.
+// Light along shadow rays, which not all surfaces stop.
 #pragma once
 
+#include "base/counters.h"
 #include "integrators/integrator.h"
 
 namespace tilecast {
@@ -12,5 +13,11 @@ enum class Glass : uint8_t {
 
 // What is left of the light at the end of a shadow ray to a light, which starts in these media.
 Rgb unshadowed(const Scene& scene, const Ray& ray, const Media& media, Glass glass, size_t light, Tracing& tracing);
+
+inline Rgb unshadowed(const Scene& scene, const Ray& ray, const NoMedia&, Glass, size_t light, Tracing& tracing) {
+  TILECAST_COUNT(shadow);
+  ++tracing.counts.shadow;
+  return Rgb(occluded(scene, ray, tracing.occluders.of(light)) ? 0.0 : 1.0);
+}
 
 }  // namespace tilecast

@@ -9,14 +9,13 @@ namespace {
 // Realistic Image Synthesis", 1983).
 constexpr double kFaintest = 1e-5;
 
-}  // namespace
-
-Rgb trace_whitted(const Scene& scene, const Ray& camera_ray, const Media& camera_media, Sampler& sampler,
-                  Tracing& tracing) {
+template <bool kPassable>
+Rgb trace(const Scene& scene, const Ray& camera_ray, const MediaOf<kPassable>& camera_media, Sampler& sampler,
+          Tracing& tracing) {
   struct Branch {
     Ray ray;
     Rgb weight;
-    Media media;
+    MediaOf<kPassable> media;
     int depth;
   };
   thread_local std::vector<Branch> kept;  // from ray to ray, so that tracing does not allocate
@@ -38,7 +37,7 @@ Rgb trace_whitted(const Scene& scene, const Ray& camera_ray, const Media& camera
     Vec3 wo_world = -branch.ray.direction;
     branch.weight *= branch.media.transmittance(hit.t - branch.ray.t_min);
     Boundary boundary;
-    if (material.passable()) {
+    if (kPassable && passable(material)) {
       boundary = branch.media.at(material, hit.entering);
       const double opacity = opacity_at(scene, surface);
       double through = boundary.real ? (1.0 - opacity) / (boundary.eta * boundary.eta) : 1.0;
@@ -53,7 +52,7 @@ Rgb trace_whitted(const Scene& scene, const Ray& camera_ray, const Media& camera
       if (!boundary.real) continue;
       branch.weight *= opacity;
     }
-    if (hit.entering && material.emits()) sum += branch.weight * emission_at(scene, surface);
+    if (built_with("emission") && hit.entering && material.emits()) sum += branch.weight * emission_at(scene, surface);
     if (branch.depth == scene.max_depth) continue;
 
     Basis basis(hit.entering ? surface.normal : -surface.normal);
@@ -67,7 +66,7 @@ Rgb trace_whitted(const Scene& scene, const Ray& camera_ray, const Media& camera
       ++tracing.counts.bounce;
     };
     Bsdf bsdf(scene, surface, boundary);
-    if (!bsdf.specular())
+    if (built_with("shadow_rays") && !bsdf.specular())
       for (size_t light = 0; light < scene.lights.count(); ++light) {
         DirectLight direct = sample_direct(scene, surface, {light, 1.0}, sampler);
         if (!direct.arrives()) continue;
@@ -83,6 +82,13 @@ Rgb trace_whitted(const Scene& scene, const Ray& camera_ray, const Media& camera
     if (bsdf.sample_glossy(wo, sampler, scattered)) follow(scattered.wi, branch.weight * scattered.weight);
   }
   return sum;
+}
+
+}  // namespace
+
+Rgb trace_whitted(const Scene& scene, const Ray& ray, const Media& media, Sampler& sampler, Tracing& tracing) {
+  if (passable(scene)) return trace<true>(scene, ray, media, sampler, tracing);
+  return trace<false>(scene, ray, {}, sampler, tracing);
 }
 
 }  // namespace tilecast

@@ -1,6 +1,7 @@
 // Where a sample of a pixel goes: the first random numbers of each sample, whatever is then asked along its ray.
 #pragma once
 
+#include "base/built.h"
 #include "base/sampler.h"
 #include "base/square_to_disk.h"
 #include "scene/scene.h"
@@ -14,8 +15,11 @@ struct CameraSample {
 
 inline CameraSample sample_camera(const Scene& scene, uint32_t x, uint32_t y, Sampler& sampler) {
   CameraSample out;
-  const Vec2 at = scene.filter.sample(sampler.next2(), out.weight);
-  const Vec2 lens = scene.camera.has_lens() ? square_to_disk(sampler.next2()) : Vec2(0.0);
+  Vec2 at = sampler.next2();
+  if (built_with("pixel_filter")) at = scene.filter.sample(at, out.weight);
+  const bool has_lens = scene.camera.has_lens();
+  if (has_lens && !built_with("lens")) __builtin_unreachable();
+  const Vec2 lens = has_lens ? square_to_disk(sampler.next2()) : Vec2(0.0);
   out.ray = scene.camera.ray(x + at.x, y + at.y, lens);
   return out;
 }

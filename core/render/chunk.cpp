@@ -19,7 +19,7 @@ ChunkSums render_chunk(const Scene& scene, const Tile& tile, uint32_t first, uin
   size_t plane = size_t(tile.width) * tile.height * 3;
   out.sums.resize(2 * plane);
   Tracing tracing;
-  const bool many_origins = camera.has_extent() && scene.dielectrics;
+  const bool many_origins = built_with("dielectric") && camera.has_extent() && scene.dielectrics;
   Media media = media_at(scene, camera.position());
   for (int row = 0; row < tile.height; ++row)
     for (int column = 0; column < tile.width; ++column) {

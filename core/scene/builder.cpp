@@ -1,5 +1,6 @@
 #include "scene/builder.h"
 
+#include "base/built.h"
 #include "base/check.h"
 
 namespace tilecast {
@@ -256,6 +257,8 @@ std::shared_ptr<const Scene> SceneBuilder::build(uint32_t root, const Options& o
   }
   scene_.lights.finish();
   scene_.features = find_features(scene_);
+  for (const std::string& feature : scene_.features)
+    if (among(kLeftOut, feature)) throw Error("the core is built without " + feature + ", which the scene uses");
   auto uses = [&](const char* name) { return std::binary_search(scene_.features.begin(), scene_.features.end(), name); };
   scene_.dielectrics = uses("dielectric");
   scene_.see_through = uses("opacity");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/built.h"
 #include "base/elementary.h"
 
 namespace tilecast {
@@ -91,7 +92,7 @@ LightChoice Lights::choose(double u, const LitPlace& place) const {
   }
   u /= share_;
   LightChoice out;
-  if (!tree_.empty()) {
+  if (built_with("light_tree") && !tree_.empty()) {
     out.light = tree_.choose(u, place, out.probability);
     out.probability *= share_;
     return out;
@@ -104,7 +105,7 @@ LightChoice Lights::choose(double u, const LitPlace& place) const {
 
 double Lights::probability(size_t light, const LitPlace& place) const {
   if (light >= first_directional()) return share_;
-  if (!tree_.empty()) return share_ * tree_.probability(light, place);
+  if (built_with("light_tree") && !tree_.empty()) return share_ * tree_.probability(light, place);
   return share_ * ((cumulative_[light] - (light == 0 ? 0.0 : cumulative_[light - 1])) / cumulative_.back());
 }
 

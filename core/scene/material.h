@@ -48,7 +48,6 @@ struct Material {
 
   bool emits() const { return max_component(emission) > 0.0; }
   bool smooth() const { return is_smooth(roughness); }
-  bool passable() const { return refracts || opacity < 1.0; }
 };
 
 }  // namespace tilecast

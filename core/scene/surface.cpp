@@ -13,7 +13,7 @@ struct Leaf {
 
 Leaf at_leaf(const Scene& scene, const Object& object, const Ray& ray, const Hit& hit, uint64_t face) {
   Vec3 p = ray.at(hit.t);
-  switch (object.kind) {
+  switch (kind_of(object)) {
     case Kind::Mesh: {
       const Mesh& mesh = scene.meshes[object.index].mesh();
       Triangle triangle = mesh.triangle(static_cast<uint32_t>(face));
@@ -71,7 +71,7 @@ Vec3 mapped_normal(const Vec3& map, const Vec3& n, const Vec3& du, const Vec3& d
   if (!surface.material->uses_uv) return;
   const Parametrisation found = parametrisation(scene, object, hit, face, leaf.point);
   surface.place.uv = found.uv;
-  if (surface.material->normal_map < 0) return;
+  if (!built_with("normal_map") || surface.material->normal_map < 0) return;
   surface.front = hit.entering;
   surface.shading_normal = mapped_normal(at(scene.textures[surface.material->normal_map], surface.place), surface.normal,
                                          to_world * found.du, to_world * found.dv);
@@ -126,7 +126,7 @@ Surface resolve(const Scene& scene, const Ray& ray, const Hit& hit) {
   surface.normal = largest > 0.0 ? glm::normalize(normal * power_below_reciprocal(largest)) : -glm::normalize(ray.direction);
   const bool flipped = (glm::dot(surface.normal, ray.direction) > 0.0) == hit.entering;
   if (flipped) surface.normal = -surface.normal;
-  if (surface.material->textured)
+  if (built_with("texture") && surface.material->textured)
     place_textures(scene, object, hit, primitive, leaf, turned ? to_world->linear : glm::dmat3(1.0), flipped, surface);
   return surface;
 }

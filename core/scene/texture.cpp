@@ -1,5 +1,6 @@
 #include "scene/texture.h"
 
+#include "base/built.h"
 #include "base/check.h"
 
 namespace tilecast {
@@ -30,6 +31,7 @@ struct Overloaded : Cases... {
 }  // namespace
 
 Rgb at(const Texture& texture, const TexturePoint& place) {
+  if (!built_with("image_texture") && std::holds_alternative<ImageTexture>(texture)) __builtin_unreachable();
   return std::visit([&](const auto& t) { return at(t, place); }, texture);
 }
 

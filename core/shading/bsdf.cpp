@@ -28,7 +28,7 @@ Vec3 seen_from(const Basis& tilted, const Vec3& wo) {
 void Bsdf::look_up() {
   reflectance_ = reflectance_at(scene_, surface_, material_);
   roughness_ = roughness_at(scene_, surface_, material_);
-  if (material_.normal_map < 0) return;
+  if (!built_with("normal_map") || material_.normal_map < 0) return;
   mapped_ = true;
   lambert_ = false;
   const double side = surface_.front ? 1.0 : -1.0;
@@ -43,7 +43,7 @@ Basis Bsdf::tilted(const Vec3& wo) const {
 }
 
 Rgb Bsdf::evaluate_any(const Vec3& wo, const Vec3& wi, double& pdf) const {
-  if (!mapped_) return evaluate_lobes(wo, wi, pdf);
+  if (!mapped()) return evaluate_lobes(wo, wi, pdf);
   const Basis basis = tilted(wo);
   const Vec3 local = basis.to_local(wi);
   pdf = 0.0;
@@ -52,19 +52,19 @@ Rgb Bsdf::evaluate_any(const Vec3& wo, const Vec3& wi, double& pdf) const {
 }
 
 bool Bsdf::sample_any(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
-  if (!mapped_) return sample_lobes(wo, sampler, out);
+  if (!mapped()) return sample_lobes(wo, sampler, out);
   const Basis basis = tilted(wo);
   return sample_lobes(seen_from(basis, wo), sampler, out) && leaves(basis, out.wi);
 }
 
 bool Bsdf::sample_glossy(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
-  if (!mapped_) return sample_glossy_lobes(wo, sampler, out);
+  if (!mapped()) return sample_glossy_lobes(wo, sampler, out);
   const Basis basis = tilted(wo);
   return sample_glossy_lobes(seen_from(basis, wo), sampler, out) && leaves(basis, out.wi);
 }
 
 int Bsdf::beams(const Vec3& wo, Beam out[kMostBeams]) const {
-  if (!mapped_) return beams_of_lobes(wo, out);
+  if (!mapped()) return beams_of_lobes(wo, out);
   const Basis basis = tilted(wo);
   int kept = 0;
   for (int i = 0, count = beams_of_lobes(seen_from(basis, wo), out); i < count; ++i)
@@ -72,12 +72,14 @@ int Bsdf::beams(const Vec3& wo, Beam out[kMostBeams]) const {
   return kept;
 }
 
-bool Bsdf::rough_glass() const { return !material_.smooth() && std::fabs(boundary_.eta - 1.0) >= kLeastContrast; }
+bool Bsdf::rough_glass() const {
+  return built_with("microfacets") && !material_.smooth() && std::fabs(boundary_.eta - 1.0) >= kLeastContrast;
+}
 
 bool Bsdf::is_specular() const {
-  switch (material_.kind) {
+  switch (kind()) {
     case MaterialKind::Mirror: return true;
-    case MaterialKind::Conductor: return is_smooth(roughness_);
+    case MaterialKind::Conductor: return !built_with("microfacets") || is_smooth(roughness_);
     case MaterialKind::Dielectric: return !rough_glass();
     case MaterialKind::Blend:
       for (int i = 0; i < Material::kMostParts; ++i)
@@ -98,7 +100,8 @@ double Bsdf::roughness_level(int& low, int& high) const {
 }
 
 RoughConductor Bsdf::rough_conductor() const {
-  if (material_.roughness_texture < 0)
+  if (!built_with("microfacets")) __builtin_unreachable();
+  if (!is_texture(material_.roughness_texture))
     return {material_, reflectance_, roughness_, scene_.conductor_losses[material_.energy]};
   int low, high;
   const double share = roughness_level(low, high);
@@ -107,12 +110,13 @@ RoughConductor Bsdf::rough_conductor() const {
 
 Plastic Bsdf::plastic() const {
   int low = material_.energy, high = low;
-  const double share = material_.roughness_texture < 0 ? 0.0 : roughness_level(low, high);
+  const double share = is_texture(material_.roughness_texture) ? roughness_level(low, high) : 0.0;
   const CoatEnergy &below = scene_.coat_energies[low], &above = scene_.coat_energies[high];
   return {material_.ior, reflectance_, roughness_, {below.reflection, above.reflection, share}, below.inner};
 }
 
 RoughDielectric Bsdf::rough_dielectric() const {
+  if (!built_with("microfacets")) __builtin_unreachable();
   const int beside = boundary_.beside ? boundary_.beside->medium : 0;
   const DielectricEnergy& energy = scene_.dielectric_energies[scene_.pairs[material_.energy + beside]];
   const SideEnergy &here = boundary_.entering ? energy.front : energy.back;
@@ -135,13 +139,13 @@ Rgb Bsdf::evaluate_lobes(const Vec3& wo, const Vec3& wi, double& pdf) const {
   pdf = 0.0;
   if (specular_) return Rgb(0.0);
   if (wi.z <= 0.0) {
-    if (wi.z == 0.0 || !material_.refracts) return Rgb(0.0);
-    if (material_.kind == MaterialKind::Dielectric) return rough_dielectric().evaluate(wo, wi, pdf);
+    if (wi.z == 0.0 || !refracts(material_)) return Rgb(0.0);
+    if (kind() == MaterialKind::Dielectric) return rough_dielectric().evaluate(wo, wi, pdf);
   }
-  switch (material_.kind) {
+  switch (kind()) {
     case MaterialKind::Diffuse:
       pdf = wi.z * kInvPi;
-      if (roughness_ == 0.0) return reflectance_ * pdf;
+      if (!built_with("oren_nayar") || roughness_ == 0.0) return reflectance_ * pdf;
       return OrenNayar(reflectance_, roughness_).evaluate(wo, wi);
     case MaterialKind::Conductor: return rough_conductor().evaluate(wo, wi, pdf);
     case MaterialKind::Dielectric: return rough_dielectric().evaluate(wo, wi, pdf);
@@ -162,7 +166,7 @@ Rgb Bsdf::evaluate_lobes(const Vec3& wo, const Vec3& wi, double& pdf) const {
 }
 
 bool Bsdf::sample_lobes(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
-  switch (material_.kind) {
+  switch (kind()) {
     case MaterialKind::Diffuse:
       out.wi = cosine_hemisphere(sampler.next2());
       return out.wi.z > 0.0 && weigh(*this, wo, out, &Bsdf::evaluate_lobes);
@@ -194,7 +198,7 @@ bool Bsdf::sample_lobes(const Vec3& wo, Sampler& sampler, BsdfSample& out) const
 }
 
 int Bsdf::beams_of_lobes(const Vec3& wo, Beam out[kMostBeams]) const {
-  switch (material_.kind) {
+  switch (kind()) {
     case MaterialKind::Mirror: out[0] = {reflect(wo), reflectance_}; return 1;
     case MaterialKind::Conductor:
       if (!specular_) return 0;
@@ -228,7 +232,7 @@ int Bsdf::beams_of_lobes(const Vec3& wo, Beam out[kMostBeams]) const {
 }
 
 bool Bsdf::sample_glossy_lobes(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
-  switch (material_.kind) {
+  switch (kind()) {
     case MaterialKind::Conductor:
     case MaterialKind::Dielectric: return !specular_ && sample(wo, sampler, out);
     case MaterialKind::Blend: return part(choose_part(sampler)).sample_glossy(wo, sampler, out);

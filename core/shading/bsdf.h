@@ -60,13 +60,25 @@ class Bsdf {
   Bsdf(const Scene& scene, const Surface& surface, const Material& material, const Boundary& boundary)
       : scene_(scene), surface_(surface), material_(material), boundary_(boundary),
         reflectance_(material.reflectance), roughness_(material.roughness),
-        lambert_(material.kind == MaterialKind::Diffuse && material.roughness == 0.0) {
-    if (material.textured) look_up();
+        lambert_(kind() == MaterialKind::Diffuse && !(built_with("oren_nayar") && material.roughness > 0.0)) {
+    if (built_with("texture") && material.textured) look_up();
     specular_ = !lambert_ && is_specular();
   }
 
   Bsdf part(int i) const { return {scene_, surface_, scene_.materials[material_.parts[i]], boundary_}; }
-  Rgb tint() const { return material_.texture < 0 ? material_.tint : reflectance_; }
+  Rgb tint() const { return is_texture(material_.texture) ? reflectance_ : material_.tint; }
+  // None that the build leaves out.
+  MaterialKind kind() const {
+    const MaterialKind kind = material_.kind;
+    if ((kind == MaterialKind::Mirror && !built_with("mirror")) ||
+        (kind == MaterialKind::Conductor && !built_with("conductor")) ||
+        (kind == MaterialKind::Dielectric && !built_with("dielectric")) ||
+        (kind == MaterialKind::Plastic && !built_with("plastic")) || (kind == MaterialKind::Phong && !built_with("phong")) ||
+        (kind == MaterialKind::Blend && !built_with("blend")))
+      __builtin_unreachable();
+    return kind;
+  }
+  bool mapped() const { return built_with("normal_map") && mapped_; }
   void look_up();
   Rgb evaluate_any(const Vec3& wo, const Vec3& wi, double& pdf) const;
   bool sample_any(const Vec3& wo, Sampler& sampler, BsdfSample& out) const;

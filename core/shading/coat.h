@@ -6,6 +6,7 @@
 // of a uniform radiance. White pigment then gives back all light.
 #pragma once
 
+#include "base/built.h"
 #include "optics/energy_between.h"
 #include "optics/fresnel.h"
 #include "optics/microfacet.h"
@@ -19,7 +20,7 @@ class Plastic {
  public:
   // reflection: of the coat; inner: of diffuse light from below, back down.
   Plastic(double ior, const Rgb& reflectance, double roughness, const EnergyBetween& reflection, double inner)
-      : ior_(ior), smooth_(is_smooth(roughness)), ggx_(roughness), reflection_(reflection),
+      : ior_(ior), smooth_(!built_with("microfacets") || is_smooth(roughness)), ggx_(roughness), reflection_(reflection),
         body_(reflectance * (1.0 - inner) / (1.0 - reflectance * inner)) {}
 
   // By the smooth coat, in one direction.

@@ -6,7 +6,7 @@ namespace tilecast {
 
 Media media_at(const Scene& scene, const Vec3& point) {
   Media media;
-  if (!scene.dielectrics) return media;
+  if (!built_with("dielectric") || !scene.dielectrics) return media;
   const Box& all = scene.objects[scene.root].bounds;
   if (glm::any(glm::lessThan(point, all.lo)) || glm::any(glm::greaterThan(point, all.hi))) return media;
   TILECAST_COUNT(medium);

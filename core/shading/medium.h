@@ -2,6 +2,7 @@
 // Nested Dielectrics in Ray Traced Images", JGT 7(2), 2002. Of equal priority the one entered last counts.
 #pragma once
 
+#include "base/built.h"
 #include "base/elementary.h"
 #include "scene/surface.h"
 
@@ -15,6 +16,13 @@ struct Boundary {
   bool real = true;                  // false: another medium counts on both sides, and light goes straight on
 };
 
+inline bool refracts(const Material& material) { return built_with("dielectric") && material.refracts; }
+
+// Light passes through it, or a part of it.
+inline bool passable(const Material& material) {
+  return refracts(material) || (built_with("opacity") && material.opacity < 1.0);
+}
+
 class Media {
  public:
   static constexpr int kMost = 16;
@@ -22,18 +30,20 @@ class Media {
   Media() = default;
   Media(const Media& other) { *this = other; }
   Media& operator=(const Media& other) {  // no more than there is: rays carry it along
+    if (!built_with("dielectric")) return *this;
     count_ = other.count_;
     for (int i = 0; i < count_; ++i) stack_[i] = other.stack_[i];
     return *this;
   }
 
+  bool empty() const { return !built_with("dielectric") || count_ == 0; }
   // The one that counts; null: vacuum.
-  const Material* current() const { return count_ > 0 ? stack_[count_ - 1] : nullptr; }
-  double ior() const { return count_ > 0 ? current()->ior : 1.0; }
+  const Material* current() const { return !empty() ? stack_[count_ - 1] : nullptr; }
+  double ior() const { return !empty() ? current()->ior : 1.0; }
 
   // What a ray meets at the surface of a material, on its way in or out.
   Boundary at(const Material& material, bool entering) const {
-    if (!material.refracts) return {};
+    if (!refracts(material)) return {};
     const Material* before = current();
     if (entering) {
       bool hidden = before && (before == &material || before->priority > material.priority);
@@ -46,7 +56,7 @@ class Media {
   }
   // Goes through the surface of a material.
   void cross(const Material& material, bool entering) {
-    if (!material.refracts) return;
+    if (!refracts(material)) return;
     if (entering)
       enter(&material);
     else
@@ -55,7 +65,7 @@ class Media {
   // Beer's law over a distance in metres, infinity among them.
   Rgb transmittance(double distance) const {
     Rgb out(1.0);
-    if (count_ == 0) return out;
+    if (!built_with("absorption") || empty()) return out;
     for (int i = 0; i < 3; ++i)
       if (double a = current()->absorption[i]; a > 0.0) out[i] = exp_negative(-a * distance);
     return out;
@@ -82,6 +92,21 @@ class Media {
   const Material* stack_[kMost];  // by priority; of one priority, in the order of entering
   int count_ = 0;
 };
+
+// Stands for Media where there are none.
+struct NoMedia {
+  Rgb transmittance(double) const { return Rgb(1.0); }
+  Boundary at(const Material&, bool) const { return {}; }
+  void cross(const Material&, bool) {}
+};
+
+// Whether light passes through some of the scene's surfaces. Kernels are templates of it: those for scenes where it does
+// not know of no media.
+inline bool passable(const Scene& scene) {
+  return (built_with("dielectric") && scene.dielectrics) || (built_with("opacity") && scene.see_through);
+}
+template <bool kPassable>
+using MediaOf = std::conditional_t<kPassable, Media, NoMedia>;
 
 // The dielectrics around a point, from the crossings of a line through it.
 Media media_at(const Scene& scene, const Vec3& point);
