@@ -103,7 +103,7 @@ void bind_error(py::module_& module) {
       [](const Array<double>& images) {
         check_shape(images, {-1, -1, -1}, "images");
         const Planes planes = to_planes(images);
-        return to_images(unlocked([&] { return window_means(planes); }), images);
+        return to_images(unlocked([&] { return window_means(planes, window_counts(planes.height, planes.width, Window::Wide)); }), images);
       },
       py::arg("images"), "The mean over 9 x 9 pixels around each, cut at the edges; float64 [c, h, w].");
 }

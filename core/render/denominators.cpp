@@ -12,9 +12,8 @@ constexpr double kNear = 1.0 / 8, kWide = 1.0 / 80;  // of a pixel's noise: that
 double square(double x) { return x * x; }
 
 // The means over windows without the pixels themselves; a single pixel's is 0.
-Planes without_centre(const Planes& planes, Window window) {
+Planes without_centre(const Planes& planes, Window window, const Planes& counts) {
   Planes out = window_sums(planes, window);
-  const Planes counts = window_counts(planes.height, planes.width, window);
   for (size_t plane = 0; plane < out.count(); ++plane)
     for (size_t i = 0; i < out.pixels; ++i)
       out[plane][i] = (out[plane][i] - planes[plane][i]) / std::max(counts[0][i] - 1.0, 1.0);
@@ -23,11 +22,11 @@ Planes without_centre(const Planes& planes, Window window) {
 
 // The part of the square of `off` in each window that `noise` does not explain, one for all channels: a plane for each
 // three of `off` and each of `noise`.
-Planes gain(const Planes& off, const Planes& noise) {
+Planes gain(const Planes& off, const Planes& noise, const Planes& counts) {
   Planes squares(off.height, off.width, noise.count());
   for (size_t plane = 0; plane < off.count(); ++plane)
     for (size_t i = 0; i < off.pixels; ++i) squares[plane / kChannels][i] += square(off[plane][i]);
-  Planes out = window_means(squares);
+  Planes out = window_means(squares, counts);
   for (size_t i = 0; i < out.values.size(); ++i) {
     const double total = out.values[i];
     out.values[i] = total > 0.0 ? std::max(total - noise.values[i], 0.0) / total : 0.0;
@@ -42,24 +41,26 @@ Planes error_weights(const Planes& means, const Planes& variances) {
   const int height = means.height, width = means.width;
   const auto planes = [&](size_t count) { return Planes(height, width, count); };
 
-  const Planes around = window_means(variances);
-  Planes whole = planes(kChannels), own_variance = planes(kChannels), noise = planes(1);
+  const Planes counts = window_counts(height, width, Window::Wide), around = window_means(variances, counts);
+  Planes whole = planes(kChannels), noise = planes(1);
   std::copy_n(means[0], whole.values.size(), whole[0]);
-  std::copy_n(variances[0], whole.values.size(), own_variance[0]);
   for (size_t c = 0; c < kChannels; ++c)
     for (size_t i = 0; i < pixels; ++i) noise[0][i] += around[c][i];
 
   // From the window towards the neighbours, which are 8 of the window's 80.
-  const Planes wide = without_centre(whole, Window::Wide), near = without_centre(whole, Window::Neighbours);
+  const Planes wide = without_centre(whole, Window::Wide, counts);
+  const Planes near = without_centre(whole, Window::Neighbours, window_counts(height, width, Window::Neighbours));
   Planes step = planes(kChannels), step_noise = planes(1);
   for (size_t i = 0; i < step.values.size(); ++i) step.values[i] = near.values[i] - wide.values[i];
   for (size_t i = 0; i < pixels; ++i) step_noise[0][i] = kCaution * (kNear - kWide) * noise[0][i];
-  const Planes nearer = gain(step, step_noise);
-  Planes local = planes(kChannels), local_variance = without_centre(own_variance, Window::Wide);
+  const Planes nearer = gain(step, step_noise, counts);
+  Planes local = planes(kChannels), local_variance = planes(kChannels);
   for (size_t c = 0; c < kChannels; ++c)
     for (size_t i = 0; i < pixels; ++i) {
       local[c][i] = wide[c][i] + nearer[0][i] * step[c][i];
-      local_variance[c][i] *= kWide + nearer[0][i] * (kNear - kWide);
+      const double others = counts[0][i] - 1.0;
+      local_variance[c][i] = (around[c][i] * counts[0][i] - variances[c][i]) / std::max(others, 1.0) *
+                             (kWide + nearer[0][i] * (kNear - kWide));
     }
 
   // From there towards the pixel itself, as each part of the samples has it.
@@ -75,7 +76,7 @@ Planes error_weights(const Planes& means, const Planes& variances) {
       }
       off_noise[k][i] = std::max(own, windows) + kNear * noise[0][i];
     }
-  const Planes own = gain(off, off_noise);
+  const Planes own = gain(off, off_noise, counts);
 
   Planes out = planes(means.count());
   for (size_t plane = 0; plane < out.count(); ++plane) {

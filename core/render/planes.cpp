@@ -54,9 +54,8 @@ Planes window_counts(int height, int width, Window window) {
   return window_sums(ones, window);
 }
 
-Planes window_means(const Planes& planes) {
+Planes window_means(const Planes& planes, const Planes& counts) {
   Planes out = window_sums(planes, Window::Wide);
-  const Planes counts = window_counts(planes.height, planes.width, Window::Wide);
   for (size_t plane = 0; plane < out.count(); ++plane)
     for (size_t i = 0; i < out.pixels; ++i) out[plane][i] /= counts[0][i];
   return out;

@@ -30,6 +30,6 @@ Planes window_sums(const Planes& planes, Window window);
 // How many pixels those are, one plane.
 Planes window_counts(int height, int width, Window window);
 
-Planes window_means(const Planes& planes);  // wide ones
+Planes window_means(const Planes& planes, const Planes& counts);  // wide ones; counts: theirs
 
 }  // namespace tilecast
