@@ -57,13 +57,13 @@ bool Bsdf::sample_any(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
   return sample_lobes(seen_from(basis, wo), sampler, out) && leaves(basis, out.wi);
 }
 
-bool Bsdf::sample_glossy(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
+bool Bsdf::sample_glossy_any(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
   if (!mapped()) return sample_glossy_lobes(wo, sampler, out);
   const Basis basis = tilted(wo);
   return sample_glossy_lobes(seen_from(basis, wo), sampler, out) && leaves(basis, out.wi);
 }
 
-int Bsdf::beams(const Vec3& wo, Beam out[kMostBeams]) const {
+int Bsdf::beams_any(const Vec3& wo, Beam out[kMostBeams]) const {
   if (!mapped()) return beams_of_lobes(wo, out);
   const Basis basis = tilted(wo);
   int kept = 0;

@@ -51,10 +51,12 @@ class Bsdf {
   }
 
   // The single directions; how many there are.
-  int beams(const Vec3& wo, Beam out[kMostBeams]) const;
+  int beams(const Vec3& wo, Beam out[kMostBeams]) const { return lambert_ ? 0 : beams_any(wo, out); }
 
   // Of what is scattered about such directions, as by a rough metal or rough glass; false where there is nothing.
-  bool sample_glossy(const Vec3& wo, Sampler& sampler, BsdfSample& out) const;
+  bool sample_glossy(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
+    return !lambert_ && sample_glossy_any(wo, sampler, out);
+  }
 
  private:
   Bsdf(const Scene& scene, const Surface& surface, const Material& material, const Boundary& boundary)
@@ -82,6 +84,8 @@ class Bsdf {
   void look_up();
   Rgb evaluate_any(const Vec3& wo, const Vec3& wi, double& pdf) const;
   bool sample_any(const Vec3& wo, Sampler& sampler, BsdfSample& out) const;
+  bool sample_glossy_any(const Vec3& wo, Sampler& sampler, BsdfSample& out) const;
+  int beams_any(const Vec3& wo, Beam out[kMostBeams]) const;
   // About the normal that the lobes stand about.
   Rgb evaluate_lobes(const Vec3& wo, const Vec3& wi, double& pdf) const;
   bool sample_lobes(const Vec3& wo, Sampler& sampler, BsdfSample& out) const;
