@@ -139,7 +139,7 @@ def stopped(scene: Path, height: int, seed: int, how: str):
 # --- Adaptive sampling
 
 ADAPTIVE_HEADS = ("scene", "samples: uniform", "adaptive", "quotient", "rays: quotient",
-                  "estimated error/1e-3: uniform", "adaptive")
+                  "seconds: uniform", "adaptive", "quotient", "estimated error/1e-3: uniform", "adaptive")
 
 
 def adaptive_section(names: tuple[str, ...]) -> str:
@@ -148,14 +148,17 @@ def adaptive_section(names: tuple[str, ...]) -> str:
         images = [stopped(FOLDER / f"{name}.json", ADAPTIVE, 0, how) for how in ("uniform", "adaptive")]
         samples = [image.stats["samples"] for image in images]
         rays = [sum(image.stats["rays"].values()) for image in images]
+        seconds = [image.stats["seconds"]["render"] for image in images]
         rows.append((link(name), *(f"{count:.0f}" for count in samples),
                      *(f"{values[1] / values[0]:.2f}" for values in (samples, rays)),
+                     *(f"{value:.1f}" for value in seconds), f"{seconds[1] / seconds[0]:.2f}",
                      *(f"{image.error['relative_mse'] / TARGET:.2f}" for image in images)))
         print(*rows[-1], sep="  ", flush=True)
     return "\n".join([
         f"Images of {ADAPTIVE} rows that end at a relative MSE of {TARGET:g}, without and with "
-        "`render.adaptive`: samples a pixel, and the quotients of samples and of rays, which stand for time and which "
-        f"no other program on the machine disturbs. One image each, by its own estimate. Measured on {date.today()}.", "", *table(ADAPTIVE_HEADS, rows)])
+        "`render.adaptive`: samples a pixel, seconds of rendering, and the quotients of both and of rays, which no other "
+        f"program on the machine disturbs. One image each, by its own estimate. Measured on {date.today()}.", "",
+        *table(ADAPTIVE_HEADS, rows)])
 
 
 # --- The page
