@@ -30,8 +30,9 @@ auto unlocked(Work&& work) {
 
 Planes to_planes(const Array<double>& images) {
   const py::ssize_t axes = images.ndim();
-  Planes out(static_cast<int>(images.shape(axes - 2)), static_cast<int>(images.shape(axes - 1)),
-             images.size() / (images.shape(axes - 2) * images.shape(axes - 1)));
+  size_t planes = 1;  // of an image without pixels, too
+  for (py::ssize_t axis = 0; axis < axes - 2; ++axis) planes *= images.shape(axis);
+  Planes out(static_cast<int>(images.shape(axes - 2)), static_cast<int>(images.shape(axes - 1)), planes);
   for (size_t plane = 0; plane < out.count(); ++plane)
     std::copy_n(images.data() + plane * out.pixels, out.pixels, out[plane]);
   return out;
@@ -90,6 +91,7 @@ void bind_error(py::module_& module) {
       "error_weights",
       [](const Array<double>& means, const Array<double>& variances) {
         check_shape(means, {-1, 3, -1, -1}, "means");
+        if (means.shape(0) == 0) throw py::value_error("means: there must be those over all samples");
         check_shape(variances, {means.shape(0), 3, means.shape(2), means.shape(3)}, "variances");
         const Planes of_means = to_planes(means), of_variances = to_planes(variances);
         return to_images(unlocked([&] { return error_weights(of_means, of_variances); }), means);

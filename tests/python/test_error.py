@@ -174,6 +174,15 @@ def test_the_window_mean_is_the_mean_over_the_window(shape):
             assert np.allclose(means[:, row, column], window.mean(axis=(1, 2)), rtol=1e-12)
 
 
+def test_an_image_without_pixels_or_samples_is_no_crash():
+    for size in ((0, 0), (0, 5), (5, 0)):
+        empty = np.zeros((3, *size))
+        assert weight(empty, empty).shape == window_mean(empty).shape == empty.shape
+        assert not estimation.tile_partials(np.zeros((2, *size, 3)), 2).any()
+    with pytest.raises(ValueError, match="there must be those over all samples"):
+        error_weights(np.zeros((0, 3, 4, 4)), np.zeros((0, 3, 4, 4)))
+
+
 def test_the_denominator_of_flat_light_is_exact_without_noise():
     for size in ((1, 1), (1, 2), (2, 3), (20, 20)):
         flat = np.full((3, *size), 0.7)
