@@ -11,26 +11,29 @@ namespace {
 constexpr size_t kChannels = 3;
 constexpr double kThird = 1.0 / 3;
 
-// Some samples' means of both halves; mean of all, and v, which estimates its variance, go into the planes from `first` on.
-struct Moments {
-  Planes a, b;
+// The means of some samples' halves, by three times the pixel plus the channel.
+struct Halves {
+  const double *even, *odd;
+  double to_a, to_b;
 
-  Moments(int height, int width, const SampleSums& of, Planes& means, Planes& variances, size_t first)
-      : a(height, width, kChannels), b(height, width, kChannels) {
-    const int n_a = (of.samples + 1) / 2, n_b = of.samples / 2, n = of.samples;
-    const double to_a = 1.0 / n_a, to_b = 1.0 / n_b, to_mean = 1.0 / n, share = double(n_a) * n_b / (double(n) * n);
-    const size_t pixels = a.pixels;
-    const double *even = of.sums, *odd = even + kChannels * pixels;
-    for (size_t i = 0; i < pixels; ++i)
-      for (size_t c = 0; c < kChannels; ++c, ++even, ++odd) {
-        a[c][i] = *even * to_a;
-        b[c][i] = *odd * to_b;
-        const double off = a[c][i] - b[c][i];
-        means[first + c][i] = (*even + *odd) * to_mean;
-        variances[first + c][i] = off * off * share;
-      }
-  }
+  Halves(const SampleSums& of, size_t pixels)
+      : even(of.sums), odd(even + kChannels * pixels), to_a(1.0 / ((of.samples + 1) / 2)), to_b(1.0 / (of.samples / 2)) {}
+  double a(size_t at) const { return even[at] * to_a; }
+  double b(size_t at) const { return odd[at] * to_b; }
 };
+
+// The mean of all, and v, which estimates its variance, into the three planes from `first` on.
+void moments(const SampleSums& of, Planes& means, Planes& variances, size_t first) {
+  const Halves halves(of, means.pixels);
+  const double n_a = (of.samples + 1) / 2, n_b = of.samples / 2, n = of.samples;
+  const double to_mean = 1.0 / n, share = n_a * n_b / (n * n);
+  for (size_t i = 0, at = 0; i < means.pixels; ++i)
+    for (size_t c = 0; c < kChannels; ++c, ++at) {
+      const double off = halves.a(at) - halves.b(at);
+      means[first + c][i] = (halves.even[at] + halves.odd[at]) * to_mean;
+      variances[first + c][i] = off * off * share;
+    }
+}
 
 // Of the variance of the difference of two parts' means, what the mean over both has: of a half of `first` and of `last`
 // samples, the even ones with `odd` = 1 (they are one more where the number is odd), the odd ones with 0.
@@ -46,10 +49,7 @@ ErrorPartials error_partials(int height, int width, const SampleSums& all, const
   const bool split = parts && std::min(parts->first.samples, parts->last.samples) >= 2;
   const size_t planes = kChannels * (split ? 3 : 1);
   Planes means(height, width, planes), variances(height, width, planes);
-  const auto moments = [&](size_t k, const SampleSums& of) {
-    return Moments(height, width, of, means, variances, k * kChannels);
-  };
-  moments(0, all);
+  moments(all, means, variances, 0);
   const size_t pixels = means.pixels;
   ErrorPartials out = previous.value_or(ErrorPartials{});
   out[0] = out[3] = 0.0;
@@ -76,7 +76,9 @@ ErrorPartials error_partials(int height, int width, const SampleSums& all, const
     }
   } else {
     const int first = parts->first.samples, last = parts->last.samples;
-    const Moments before = moments(1, parts->first), in = moments(2, parts->last);
+    moments(parts->first, means, variances, kChannels);
+    moments(parts->last, means, variances, 2 * kChannels);
+    const Halves before(parts->first, pixels), in(parts->last, pixels);
     const Planes weights = error_weights(means, variances);
     const double to_a = half_share(first, last, 1), to_b = half_share(first, last, 0);
     const double to_both = std::sqrt(to_a * to_b) * kThird;
@@ -90,7 +92,8 @@ ErrorPartials error_partials(int height, int width, const SampleSums& all, const
       for (size_t c = 0; c < kChannels; ++c) {
         const double v = variances[c][i], v_first = variances[3 + c][i], v_last = variances[6 + c][i];
         const double weight = weights[c][i], by_first = weights[3 + c][i], by_last = weights[6 + c][i];
-        const double a = before.a[c][i] - in.a[c][i], b = before.b[c][i] - in.b[c][i];
+        const size_t at = i * kChannels + c;
+        const double a = before.a(at) - in.a(at), b = before.b(at) - in.b(at);
         const double square = a * a * to_a + b * b * to_b, both = a * b * to_both;
         const double crossed = 0.5 * (by_first + by_last);
         out[0] += v;

@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kLowest = -16;  // of powers of 4; what is smaller counts in the first bin, what is larger in the last
 
-// 4^(e - 1) / 2 <= value < 4^e * 2 of bin e - kLowest.
+// Bin e - kLowest holds 4^e / 2 <= value < 4^e * 2.
 int bin_of(double value) {
   if (!(value > 0.0)) return 0;
   int exponent = 0;

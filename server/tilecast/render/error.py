@@ -5,9 +5,9 @@ I, over n samples, D^2 with D = A - B tells the error without a reference: v = D
 expectation of (I - R)^2, for every pixel and channel, whatever the distribution. `mse` is the mean of v over
 pixels and channels.
 
-`relative_mse` is the mean of v / (R^2 + 0.01), with what core/render/denominators finds for the unknown R: half way, on the
-logarithmic axis, between two estimates. The one finds R from all samples and comes out too low, as R and v share noise;
-the other finds it from other samples than v, and comes out too high, as a noisy R is too low more often than not.
+`relative_mse` is the mean of v / (R^2 + 0.01), with what core/render/denominators finds for the unknown R: half way,
+on the logarithmic axis, between two estimates. The one finds R from all samples and comes out too low, as R and v share
+noise; the other finds it from other samples than v, and comes out too high, as a noisy R is too low more often than not.
 
 The 95% interval is for the true error of this very image, (I - R)^2 averaged, R being the exact image; where nA = nB,
 (I - R)^2 - v is the product of the two halves' errors, (A - R)(B - R). So the difference has no bias, and as the two

@@ -35,9 +35,9 @@ class Rendering:
     """The making of one image after `plan`, round by round; see `rounds`.
 
     `stop.relative_mse` ends it with the first round after which the error is that low (see `rounds`), so the image is
-    the same however the chunks ran. `stop.seconds` hands out
-    no new chunk after that time; what is done is kept, and every pixel has its first samples. Time counts while chunks
-    are in flight: an image that is paused does not use up its seconds.
+    the same however the chunks ran. `stop.seconds` hands out no new chunk after that time; what is done is kept, and
+    every pixel has its first samples. Time counts while chunks are in flight: an image that is paused does not use up
+    its seconds.
     """
 
     def __init__(self, plan: Plan, stop: Stop | None = None, clock: Callable[[], float] = time.monotonic,
