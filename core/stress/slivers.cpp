@@ -29,18 +29,17 @@ const AcceleratedMesh& slivers() {
   return mesh;
 }
 
-using Wide = glm::vec<3, long double>;
-
-// How far p lies from the triangle: the least of the distances from its edges and, above it, from its plane.
-long double distance(const Wide& p, const Wide corners[3]) {
-  long double least = std::numeric_limits<long double>::infinity();
-  Wide n = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
+// How far p lies from the triangle: the least of the distances from its edges and, above it, from its plane. In double,
+// whose roundoff is 2^-29 of the gate's.
+double distance(const Vec3& p, const Vec3 corners[3]) {
+  double least = std::numeric_limits<double>::infinity();
+  Vec3 n = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
   bool above = true;
   for (int i = 0; i < 3; ++i) {
-    Wide a = corners[i], e = corners[(i + 1) % 3] - a;
-    long double w = std::clamp(glm::dot(p - a, e) / glm::dot(e, e), 0.0L, 1.0L);
+    Vec3 a = corners[i], e = corners[(i + 1) % 3] - a;
+    double w = std::clamp(glm::dot(p - a, e) / glm::dot(e, e), 0.0, 1.0);
     least = std::min(least, glm::length(p - (a + w * e)));
-    above = above && glm::dot(glm::cross(n, e), p - a) >= 0.0L;
+    above = above && glm::dot(glm::cross(n, e), p - a) >= 0.0;
   }
   return above ? std::min(least, std::abs(glm::dot(n, p - corners[0])) / glm::length(n)) : least;
 }
@@ -62,12 +61,12 @@ double point_error(Random& random, uint64_t i) {
   Ray ray{p + 3.0 * unit(random) * from, -from, -kInfinity};
   double worst = 0.0;
   for (const FaceHit& hit : mesh.all_hits(ray)) {
-    Wide corners[3];
-    long double extent = 0.0L;
-    for (int k = 0; k < 3; ++k) corners[k] = Wide(corner(hit.face, k));
+    Vec3 corners[3];
+    double extent = 0.0;
+    for (int k = 0; k < 3; ++k) corners[k] = corner(hit.face, k);
     for (int k = 0; k < 3; ++k) extent = std::max(extent, glm::length(corners[(k + 1) % 3] - corners[k]));
-    Wide at = Wide(ray.origin) + static_cast<long double>(hit.t) * Wide(ray.direction);
-    double error = static_cast<double>(distance(at, corners) / (8 * kFloatRoundoff * extent));
+    Vec3 at = ray.origin + hit.t * ray.direction;
+    double error = distance(at, corners) / (8 * kFloatRoundoff * extent);
     if (!(error <= worst)) worst = error;
   }
   return worst;
