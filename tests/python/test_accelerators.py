@@ -2,10 +2,12 @@
 
     ./dev test tests/python/test_accelerators.py --rays 10000000
 
-shoots so many rays at each mesh with each accelerator (and a hundredth of them at brute force).
+shoots so many rays at each mesh and each example scene with each accelerator (and a hundredth of them at brute force).
 """
 
 import hashlib
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +16,10 @@ import trimesh
 
 import tilecast
 from tilecast import _core
+from tilecast.scene.compiler import Compiled
 
 ROOT = Path(__file__).resolve().parents[2]
 MODELS = ROOT.parent / "shared" / "models"
-KINDS = [kind for kind in _core.ACCELERATORS if kind != "none"]
 BATCH = 100_000
 
 Triangles = tuple[np.ndarray, np.ndarray]
@@ -79,29 +81,49 @@ SOURCES = {"soup": soup, "needles": needles, "lattice": lattice,
            **{path.stem: path for path in sorted(MODELS.glob("*.ply"))}}
 
 
+def assert_same_hits(traced: Mapping[str, Compiled], points: np.ndarray, count: int) -> None:
+    """What each kind of accelerator finds along `count` rays about these points."""
+
+    def differences(kind: str) -> list[tuple[str, str]]:
+        some = slice(None, None, 100) if kind == "none" else slice(None)
+        hits = traced[kind].closest(origins[some], directions[some])
+        return [(kind, field) for field in ("t", "object", "primitive", "u", "v")
+                if not np.array_equal(getattr(hits, field), getattr(expected, field)[some])]
+
+    with ThreadPoolExecutor() as pool:
+        for batch, first in enumerate(range(0, count, BATCH)):
+            origins, directions = rays(points, min(BATCH, count - first), batch)
+            expected = traced["bvh"].closest(origins, directions)
+            assert np.isfinite(expected.t).any()
+            assert not sum(pool.map(differences, traced), [])
+
+
 @pytest.mark.parametrize("name", SOURCES)
-def test_every_accelerator_gives_the_same_hits(name, pytestconfig):
+def test_every_accelerator_gives_the_same_hits_of_a_mesh(name, pytestconfig):
     count = pytestconfig.getoption("--rays")
     triangles = 100_000 if count > 1_000_000 else 5_000
     source = SOURCES[name]
     vertices, faces = model(source) if isinstance(source, Path) else source(triangles)
-    meshes = {kind: tilecast.mesh(vertices, faces, accelerator=kind) for kind in [*KINDS, "none"]}
-    for batch, first in enumerate(range(0, count, BATCH)):
-        origins, directions = rays(vertices, min(BATCH, count - first), batch)
-        expected = meshes["bvh"].closest(origins, directions)
-        assert np.isfinite(expected.t).any()
-        for kind, mesh in meshes.items():
-            some = slice(None, None, 100) if kind == "none" else slice(None)
-            hits = mesh.closest(origins[some], directions[some])
-            for field in ("t", "object", "primitive", "u", "v"):
-                assert np.array_equal(getattr(hits, field), getattr(expected, field)[some]), (kind, field)
+    meshes = {kind: tilecast.mesh(vertices, faces, accelerator=kind) for kind in _core.ACCELERATORS}
+    assert_same_hits(meshes, vertices, count)
+
+
+def points_of(scene: Compiled) -> np.ndarray:
+    """Where rays from within its bounds meet it, float64 [n, 3]."""
+    random = np.random.default_rng(4)
+    low, high = np.clip(scene.scene.bounds, -1e3, 1e3)
+    origins, directions = random.uniform(low, high, (4000, 3)), random.normal(size=(4000, 3))
+    t = scene.closest(origins, directions).t
+    return (origins + t[:, None] * directions)[np.isfinite(t)]
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "scenes").glob("*.json")), ids=lambda path: path.stem)
-def test_every_accelerator_gives_the_same_pixels(path):
+def test_every_accelerator_gives_the_same_hits_and_pixels_of_a_scene(path, pytestconfig):
+    scenes = {kind: tilecast.load(path, settings=[f"render.accelerator={kind}", "image.width=32", "image.height=24"])
+              for kind in ("auto", *_core.ACCELERATORS)}
+    assert_same_hits(scenes, points_of(scenes["bvh"]), pytestconfig.getoption("--rays"))
     seen = {}
-    for kind in ("auto", *_core.ACCELERATORS):
-        scene = tilecast.load(path, settings=[f"render.accelerator={kind}", "image.width=32", "image.height=24"])
+    for kind, scene in scenes.items():
         image = tilecast.render(scene, samples=1)
         seen.setdefault(hashlib.sha256(image.pixels.tobytes()).hexdigest(), []).append(kind)
     assert len(seen) == 1, seen
