@@ -1,8 +1,10 @@
-// Gate 32: a chunk's sums depend on nothing but the chunk. Threads, tiles and their order leave no trace.
-//
-// The core is compiled for one vector width; sums of builds with another are compared by their own tests.
+// Gate 32: a chunk's sums depend on nothing but the chunk. Threads, tiles, their order and the vector width leave no trace.
 #include <atomic>
+#include <bit>
+#include <mutex>
 #include <thread>
+
+#include <hwy/highway.h>
 
 #include "render/chunk.h"
 #include "stress/scenes.h"
@@ -75,11 +77,63 @@ double differing(Random& random, uint64_t i) {
   return differ;
 }
 
+// --- Vector widths: those that the kernels are compiled for and this processor has; the first is used.
+
+constexpr size_t kRays = 512;
+
+// The showcase's sums, and what rays through its mesh meet, one by one and together.
+std::vector<double> seen(const Scene& scene, const std::vector<Ray>& rays) {
+  std::vector<double> out = render_chunk(scene, {0, 0, kWidth, kHeight}, 0, 1).sums;
+  const AcceleratedMesh& mesh = scene.meshes[0];
+  auto add = [&](const FaceHit& hit) { out.insert(out.end(), {hit.t, hit.u, hit.v, double(hit.face), double(hit.entering)}); };
+  std::vector<FaceHit> hits(rays.size());
+  std::vector<uint32_t> faces(rays.size());
+  mesh.closest(rays, hits.data());
+  mesh.occluded(rays, faces.data());
+  std::for_each(hits.begin(), hits.end(), add);
+  out.insert(out.end(), faces.begin(), faces.end());
+  NoCost free;
+  for (const Ray& ray : rays) {
+    add(mesh.closest(ray, free));
+    out.push_back(mesh.occluded(ray));
+    for (const FaceHit& hit : mesh.all_hits(ray)) add(hit);
+  }
+  return out;
+}
+
+double differing_by_width(Random& random, uint64_t i) {
+  static std::mutex one;  // the choice is the process's
+  std::lock_guard lock(one);
+  auto scene = showcase(i % 2 ? Integrator::Whitted : Integrator::Path, static_cast<uint32_t>(i));
+  std::vector<Ray> rays(kRays);
+  for (size_t k = 0; k < kRays; ++k)  // the first half from one point, side by side: packets
+    rays[k] = 2 * k < kRays ? Ray{Vec3(0.3, 0.2, 4), Vec3(-0.9 + 0.11 * (k % 16), -0.9 + 0.11 * (k / 16), -3)} : random_ray(random, 3.0);
+  std::vector<double> expected;
+  double differ = 0.0;
+  for (int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::GetChosenTarget().Update(target);
+    std::vector<double> found = seen(*scene, rays);
+    if (expected.empty()) expected = found;
+    if (found.size() != expected.size()) return kInfinity;
+    for (size_t k = 0; k < found.size(); ++k) differ += std::bit_cast<uint64_t>(found[k]) != std::bit_cast<uint64_t>(expected[k]);
+  }
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  return differ;
+}
+
+std::string widths() {
+  std::string out;
+  for (int64_t target : hwy::SupportedAndGeneratedTargets()) out += (out.empty() ? "" : ", ") + std::string(hwy::TargetName(target));
+  return out;
+}
+
 }  // namespace
 
 void add_threads(std::vector<Case>& out) {
   out.push_back({"threads-and-tiles", 32, "values that change with threads or tiles", 0, Combine::Sum, 18, 9'000,
                  sum_of(differing), 1});
+  out.push_back({"vector-widths", 32, "values that change with the processor's vectors, here " + widths(), 0, Combine::Sum, 18,
+                 9'000, sum_of(differing_by_width), 1});
 }
 
 }  // namespace tilecast::stress
