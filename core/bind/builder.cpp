@@ -252,12 +252,12 @@ void bind_builder(py::module_& module) {
       .def("filter", [](SceneBuilder& b, const std::string& name) { b.set_filter(named<PixelFilter::Kind>(kFilterNames, name, "filter")); },
            py::arg("name"), "One of FILTERS.")
       .def("build", [](SceneBuilder& b, uint32_t root, const std::string& integrator, int max_depth, uint32_t seed, bool next_event,
-                       double ao_distance, const std::string& sampler, bool roulette) {
+                       double ao_distance, const std::string& sampler, bool roulette, double contrast) {
             SceneBuilder::Options options{named<Integrator>(kIntegratorNames, integrator, "integrator"), max_depth, seed, next_event,
-                                          ao_distance, named<Sampling>(kSamplingNames, sampler, "sampler"), roulette};
+                                          ao_distance, named<Sampling>(kSamplingNames, sampler, "sampler"), roulette, contrast};
             py::gil_scoped_release release;
             return std::const_pointer_cast<Scene>(b.build(root, options));
           }, py::arg("root"), py::kw_only(), py::arg("integrator") = "path", py::arg("max_depth") = 8, py::arg("seed") = 0,
           py::arg("next_event") = true, py::arg("ao_distance") = kInfinity, py::arg("sampler") = "sobol",
-          py::arg("roulette") = true, "The finished scene. The builder is empty afterwards.");
+          py::arg("roulette") = true, py::arg("contrast") = 0.0, "The finished scene. The builder is empty afterwards.");
 }

@@ -245,6 +245,8 @@ std::shared_ptr<const Scene> SceneBuilder::build(uint32_t root, const Options& o
   scene_.next_event = options.next_event;
   scene_.sampling = options.sampling;
   scene_.roulette = options.roulette;
+  if (!(options.contrast >= 0.0)) throw Error("contrast: must not be negative, got " + text(options.contrast));
+  scene_.contrast = options.contrast;
   if (!(options.ao_distance > 0.0)) throw Error("ao_distance: must be positive, got " + text(options.ao_distance));
   scene_.ao_distance = options.ao_distance;
   drop_unused_uvs(root);

@@ -48,6 +48,7 @@ class SceneBuilder {
     double ao_distance = kInfinity;
     Sampling sampling = Sampling::Sobol;
     bool roulette = true;
+    double contrast = 0.0;
   };
   // Finishes the scene; the builder is empty afterwards.
   std::shared_ptr<const Scene> build(uint32_t root, const Options& options);

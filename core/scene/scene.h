@@ -59,6 +59,7 @@ struct Scene {
   Sampling sampling = Sampling::Sobol;
   bool next_event = true;  // sample the lights
   bool roulette = true;    // end paths that carry little
+  double contrast = 0.0;   // above which neighbouring pixels get all of their samples; 0: all get them
 
   bool dielectrics = false;           // a material refracts
   bool see_through = false;           // a material has an opacity below 1

@@ -51,6 +51,8 @@ def refused(document) -> SceneError:
     ("scene[0]=part", "scene[0]", 'must be an object {...}, got "part"'),
     ("scene[0].object=1", "scene[0].object", "must be an object {...}, got 1"),
     ("render.next_event=1", "render.next_event", "must be true or false, got 1"),
+    ("render.contrast=0.1", "render.contrast", "is for the whitted integrator alone, got path"),
+    ("render.contrast=0", "render.contrast", "must be positive, got 0"),
     ("scene[0].transform={}", "scene[0].transform", "must be a list, got an object"),
     ("scene[0].transform=[1]", "scene[0].transform[0]", "with one of the keys translate, scale, rotate, matrix"),
     ("objects.part.of[0]=box", "objects.part.of[0]", 'must be an object {...}, got "box"'),

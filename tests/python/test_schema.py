@@ -55,6 +55,7 @@ def test_what_is_left_out_has_a_default():
     "render.next_event=false",
     "render.sampler=independent",
     "render.roulette=false",
+    'render={"integrator": "whitted", "contrast": 0.1}',
     "scene=[]",
 ])
 def test_is_taken_by_parser_and_schema_alike(setting, validator):

@@ -28,7 +28,8 @@ from .variation import Variation
 LEVELS = (1e-2, 1e-3)  # of the relative MSE, whose times are told
 REFERENCE_FACTOR = 8  # times the samples of the last checkpoint: a reference's error is well below that one's
 _MOST_SAMPLES = 2**24  # that a scene may ask for
-_FOR_REFERENCES = ("render.adaptive=false",)  # samples that are chosen from what is seen have a bias, however small
+# Samples that are chosen from what is seen have a bias, however small.
+_FOR_REFERENCES = ("render.adaptive=false", "render.contrast=null")
 
 Step = Callable[[str, float], None]
 

@@ -12,9 +12,9 @@ from ..scene.overrides import value_of
 # Keys that change how fast a picture is made, and never the picture.
 _FOR_SPEED = ("accelerator", "grouping", "reinsertion")
 # Keys that change its noise, and not what it becomes with more and more samples.
-_FOR_NOISE = ("adaptive", "next_event", "roulette", "sampler", "samples", "seed")
+_FOR_NOISE = ("adaptive", "contrast", "next_event", "roulette", "sampler", "samples", "seed")
 # Keys whose point is error against time: what noise there is, and what it costs.
-_CURVES = ("adaptive", "integrator", "next_event", "roulette", "sampler")
+_CURVES = ("adaptive", "contrast", "integrator", "next_event", "roulette", "sampler")
 
 
 @dataclass(frozen=True)

@@ -130,7 +130,7 @@ class _Compiler:
         with at(()):
             return builder.build(root, integrator=settings.integrator, max_depth=settings.max_depth,
                                  seed=settings.seed, next_event=settings.next_event, sampler=settings.sampler,
-                                 roulette=settings.roulette, **reach)
+                                 roulette=settings.roulette, contrast=settings.contrast or 0.0, **reach)
 
     def _needed(self, roots: Sequence[tuple[Path, Any]]) -> list[str]:
         """The names that `roots` use, each after all that it uses itself. Without recursion: chains may be

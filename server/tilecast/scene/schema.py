@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, field_validator
+from pydantic import BeforeValidator, Field, field_validator, model_validator
 from pydantic.json_schema import GenerateJsonSchema
 
 from .cameras import Camera, Orthographic, Panorama, Perspective, ThinLens
@@ -87,6 +87,10 @@ class Render(Model):
     roulette: bool = True
     """End paths that carry little at random, and weigh the others up: the same image in less time, with more noise for
     each sample."""
+    contrast: Positive | None = None
+    """Adaptive antialiasing of the whitted integrator: where the first two samples of a pixel and of the eight around it
+    differ by at most this, as a part of their mean and 0.1 more, those two stand for all from the eighth on. 0.1 leaves
+    edges their samples; what is so small that none of these hits it is lost."""
 
     @field_validator("view_range")
     @classmethod
@@ -94,6 +98,13 @@ class Render(Model):
         if view_range is not None and not view_range[0] < view_range[1]:
             raise fault(f"must be greater than the first, {view_range[0]:g}, got {view_range[1]:g}", 1)
         return view_range
+
+    @model_validator(mode="after")
+    def _is_deterministic(self):
+        if self.contrast is not None and self.integrator != "whitted":
+            raise fault(f"is for the whitted integrator alone, got {self.integrator}: what is noisy is nowhere alike",
+                        "contrast")
+        return self
 
 
 def _no_boolean(value: Any) -> Any:
