@@ -71,7 +71,7 @@ Ray chain_ray(Random& random, uint64_t) {
 void add_crowding(std::vector<Case>& out) {
   out.push_back({"identical-primitives", 33, "memory, in that of distinct ones", 2, Combine::Max, 30'000, 10'000'000,
                  [](uint64_t, uint64_t count) { return memory_of_identical(count); }, ~uint64_t(0)});
-  out.push_back({"adversarial-chain", 34, "rays that differ from brute force, 10,000 deep", 0, Combine::Sum, 2'000, 10'000'000,
+  out.push_back({"adversarial-chain", 34, "rays that differ from brute force, 10,000 deep", 0, Combine::Sum, 2'000, 1'000'000,
                  against_brute_force(chains, chain_ray), 256});
 }
 
