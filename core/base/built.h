@@ -17,7 +17,7 @@ inline constexpr std::string_view kLeftOut[]{"", TILECAST_WITHOUT};  // "": noth
 
 inline constexpr std::string_view kCanBeLeftOut[]{
     "absorption", "area_lights", "background", "blend", "conductor", "csg", "dielectric", "directional_lights",
-    "disk", "emission", "environment", "image_texture", "lens", "light_tree", "mesh", "microfacets", "mirror", "normal_map",
+    "disk", "dispersion", "emission", "environment", "image_texture", "lens", "light_tree", "mesh", "microfacets", "mirror", "normal_map",
     "opacity", "oren_nayar", "phong", "pixel_filter", "plastic", "point_lights", "rectangle", "shadow_rays", "solid",
     "spot_lights", "texture"};
 

@@ -119,6 +119,7 @@ Material material_of(MaterialKind kind, const py::kwargs& settings) {
     else if (name == "texture") m.texture = whole();
     else if (name == "roughness") m.roughness = number();
     else if (name == "ior") m.ior = number();
+    else if (name == "abbe") m.abbe = number();
     else if (name == "absorption") m.absorption = colour();
     else if (name == "emission") m.emission = colour();
     else if (name == "opacity") m.opacity = number();

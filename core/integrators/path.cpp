@@ -1,5 +1,6 @@
 #include "integrators/direct.h"
 #include "integrators/shadow.h"
+#include "optics/spectrum.h"
 #include "shading/bsdf.h"
 
 namespace tilecast {
@@ -58,6 +59,12 @@ Rgb trace(const Scene& scene, Ray ray, MediaOf<kPassable> media, Sampler& sample
       surface = resolve(scene, ray, hit);
       throughput *= media.transmittance(hit.t - ray.t_min);
       if (!(kPassable && passable(*surface.material))) break;
+      if constexpr (kPassable && built_with("dispersion"))
+        if (scene.disperses && media.splits(*surface.material)) {
+          const Wavelength one = sample_wavelength(sampler.next1());
+          media.split(one.shift);
+          throughput *= one.weight;
+        }
       boundary = media.at(*surface.material, hit.entering);
       if (boundary.real) {
         double opacity = opacity_at(scene, surface);

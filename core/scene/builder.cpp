@@ -2,6 +2,7 @@
 
 #include "base/built.h"
 #include "base/check.h"
+#include "optics/spectrum.h"
 
 namespace tilecast {
 namespace {
@@ -169,6 +170,11 @@ int SceneBuilder::add_material(const Material& given) {
   if (m.kind == MaterialKind::Plastic && m.ior < 1.0) throw Error("ior: must be at least 1, got " + text(m.ior));
   if (!(m.exponent >= 0.0 && m.exponent <= 1e6))
     throw Error("exponent: must lie between 0 and 1e6, got " + text(m.exponent));
+  if (m.abbe != 0.0) {
+    if (!(m.abbe >= 1.0 && m.abbe <= 1e6)) throw Error("abbe: must lie between 1 and 1e6, got " + text(m.abbe));
+    if (!m.smooth()) throw Error("abbe: is for polished surfaces alone, and this has a roughness of " + text(m.roughness));
+    m.dispersion = cauchy_coefficient(m.ior, m.abbe);
+  }
   apply_textures(m);
   if (m.kind == MaterialKind::Phong) {
     const Rgb most = m.texture >= 0 ? tilecast::most(scene_.textures[m.texture]) : m.reflectance;
@@ -263,6 +269,7 @@ std::shared_ptr<const Scene> SceneBuilder::build(uint32_t root, const Options& o
     if (among(kLeftOut, feature)) throw Error("the core is built without " + feature + ", which the scene uses");
   auto uses = [&](const char* name) { return std::binary_search(scene_.features.begin(), scene_.features.end(), name); };
   scene_.dielectrics = uses("dielectric");
+  scene_.disperses = uses("dispersion");
   scene_.see_through = uses("opacity");
   auto out = std::make_shared<const Scene>(std::move(scene_));
   *this = SceneBuilder();

@@ -7,7 +7,7 @@ namespace tilecast {
 const std::vector<std::string>& all_features() {
   static const std::vector<std::string> names{
       "absorption", "area_lights", "background", "blend", "conductor", "csg", "dielectric", "diffuse",
-      "directional_lights", "disk", "emission", "environment", "hierarchy", "image_texture", "instances", "lens",
+      "directional_lights", "disk", "dispersion", "emission", "environment", "hierarchy", "image_texture", "instances", "lens",
       "light_tree", "mesh", "microfacets", "mirror", "normal_map", "opacity", "oren_nayar", "phong", "pixel_filter", "plastic", "point_lights",
       "rectangle", "shadow_rays", "solid", "spot_lights", "texture"};
   return names;
@@ -69,6 +69,7 @@ std::vector<std::string> find_features(const Scene& scene) {
     use("mirror", m.kind == MaterialKind::Mirror);
     use("conductor", m.kind == MaterialKind::Conductor);
     use("dielectric", m.refracts);
+    use("dispersion", m.dispersion != 0.0 && (scene.integrator == Integrator::Path || scene.integrator == Integrator::Direct));
     use("plastic", m.kind == MaterialKind::Plastic);
     use("phong", m.kind == MaterialKind::Phong);
     use("blend", m.kind == MaterialKind::Blend);

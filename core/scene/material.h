@@ -26,6 +26,7 @@ struct Material {
   Rgb eta{0.0}, k{0.0};     // conductor: complex index of refraction; eta 0: Schlick's approximation to the reflectance
   Rgb specular{0.2};        // phong
   double exponent = 20.0;   // phong
+  double abbe = 0.0;        // dielectric: Abbe's number; 0: no dispersion
 
   static constexpr int kMostParts = 3;
   int parts[kMostParts] = {-1, -1, -1};  // blend: materials that are no blends
@@ -42,6 +43,7 @@ struct Material {
   bool uses_uv = false;
   int first_level = 0;      // textured roughness: the energy table of the least, in sixteenths
   bool refracts = false;    // light goes through it, into another medium
+  double dispersion = 0.0;  // Cauchy's coefficient, see optics/spectrum.h
   int energy = -1;          // rough: its energy table; rough dielectric: the first of its pairs with a medium beside it
   int medium = 0;           // dielectric: number of its index of refraction; 0 is vacuum
   Rgb average{1.0};         // conductor: of the Fresnel reflectance over all directions, by the cosine

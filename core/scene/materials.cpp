@@ -30,6 +30,7 @@ void SceneBuilder::blend(Material& m) const {
     if (m.refracts) throw Error(where + "a blend takes one dielectric at most: its inside can be of one kind alone");
     m.refracts = true;
     m.ior = part.ior;
+    m.dispersion = part.dispersion;
     m.absorption = part.absorption;
     m.priority = part.priority;
   }

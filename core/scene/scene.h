@@ -62,6 +62,7 @@ struct Scene {
   double contrast = 0.0;   // above which neighbouring pixels get all of their samples; 0: all get them
 
   bool dielectrics = false;           // a material refracts
+  bool disperses = false;             // one of them by wavelength
   bool see_through = false;           // a material has an opacity below 1
   std::vector<std::string> features;  // what the scene uses, of all_features()
   AcceleratorStats accelerator;       // all levels together

@@ -32,6 +32,7 @@ class Media {
   Media& operator=(const Media& other) {  // no more than there is: rays carry it along
     if (!built_with("dielectric")) return *this;
     count_ = other.count_;
+    if (built_with("dispersion")) shift_ = other.shift_, split_ = other.split_;
     for (int i = 0; i < count_; ++i) stack_[i] = other.stack_[i];
     return *this;
   }
@@ -39,7 +40,20 @@ class Media {
   bool empty() const { return !built_with("dielectric") || count_ == 0; }
   // The one that counts; null: vacuum.
   const Material* current() const { return !empty() ? stack_[count_ - 1] : nullptr; }
-  double ior() const { return !empty() ? current()->ior : 1.0; }
+  double ior() const { return !empty() ? ior(*current()) : 1.0; }
+  double ior(const Material& material) const {
+    return built_with("dispersion") ? material.ior + material.dispersion * shift_ : material.ior;
+  }
+
+  // Whether light of all wavelengths meets a surface of this material where it is refracted by wavelength.
+  bool splits(const Material& material) const {
+    if (split_ || !refracts(material)) return false;
+    bool disperses = material.dispersion != 0.0;
+    for (int i = 0; i < count_; ++i) disperses |= stack_[i]->dispersion != 0.0;
+    return disperses;
+  }
+  // From here on there is one wavelength; see optics/spectrum.h.
+  void split(double shift) { shift_ = shift, split_ = true; }
 
   // What a ray meets at the surface of a material, on its way in or out.
   Boundary at(const Material& material, bool entering) const {
@@ -47,12 +61,12 @@ class Media {
     const Material* before = current();
     if (entering) {
       bool hidden = before && (before == &material || before->priority > material.priority);
-      return {material.ior / ior(), before, true, !hidden};
+      return {ior(material) / ior(), before, true, !hidden};
     }
     Media outside = *this;
     bool inside = outside.leave(&material);
     bool hidden = inside ? outside.current() == before : before && before->priority > material.priority;
-    return {outside.ior() / material.ior, outside.current(), false, !hidden};
+    return {outside.ior() / ior(material), outside.current(), false, !hidden};
   }
   // Goes through the surface of a material.
   void cross(const Material& material, bool entering) {
@@ -91,6 +105,8 @@ class Media {
 
   const Material* stack_[kMost];  // by priority; of one priority, in the order of entering
   int count_ = 0;
+  bool split_ = false;
+  double shift_ = 0.0;  // of the wavelength, from that for which indices are told
 };
 
 // Stands for Media where there are none.

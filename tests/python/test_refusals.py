@@ -51,6 +51,7 @@ def refused(document) -> SceneError:
     ("scene[0]=part", "scene[0]", 'must be an object {...}, got "part"'),
     ("scene[0].object=1", "scene[0].object", "must be an object {...}, got 1"),
     ("render.next_event=1", "render.next_event", "must be true or false, got 1"),
+    ("materials.glass.abbe=0", "materials.glass.abbe", "must be at least 1, got 0"),
     ("render.contrast=0.1", "render.contrast", "is for the whitted integrator alone, got path"),
     ("render.contrast=0", "render.contrast", "must be positive, got 0"),
     ("scene[0].transform={}", "scene[0].transform", "must be a list, got an object"),

@@ -47,6 +47,7 @@ def test_what_is_left_out_has_a_default():
     'materials.brass={"type": "principled", "metallic": 0.5, "transmission": 1, "opacity": 0.5}',
     'materials.brass={"type": "blend", "of": ["glass", {"type": "diffuse", "roughness": 1}], "weight": 0.25}',
     "materials.glass.priority=-3",
+    "materials.glass.abbe=30",
     'objects.m={"type": "mesh", "file": "meshes/bunny.ply", "accelerator": "none"}',
     'objects.m={"type": "mesh", "file": "sha256:%s.glb"}' % ("0f" * 32),
     'objects.g={"type": "group", "of": []}',

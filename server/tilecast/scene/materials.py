@@ -82,6 +82,9 @@ class Dielectric(_Material):
     type: Literal["dielectric"]
     ior: Annotated[float, Field(ge=1e-3, le=1e3)] = 1.5
     """Index of refraction of the inside over vacuum."""
+    abbe: Annotated[float, Field(ge=1, le=1e6)] | None = None
+    """Abbe's number, by which white light is split into colours: crown glass 60, flint 30, diamond 55; the less, the more.
+    For polished surfaces and the path integrator; others take the index as it is."""
     roughness: Fraction = 0.0
     """0: polished; the alpha of GGX's distribution is its square."""
     absorption: Radiance = [0.0, 0.0, 0.0]
@@ -90,6 +93,12 @@ class Dielectric(_Material):
     """Where dielectrics overlap, the one of highest priority fills the place, as if the others were cut out there;
     of equal ones the one that the light entered last. Let a drink reach into its glass, and give the glass the
     higher priority."""
+
+    @model_validator(mode="after")
+    def _splits_at_polished_surfaces(self):
+        if self.abbe is not None and self.roughness > 0:
+            raise fault(f"is for polished surfaces alone, got a roughness of {self.roughness:g}", "abbe")
+        return self
 
 
 class Plastic(_Material):
