@@ -8,10 +8,6 @@ namespace {
 
 constexpr double kFloatRoundoff = 0x1p-24;
 
-double log_uniform(Random& random, double decades) {
-  return std::pow(10.0, std::uniform_real_distribution<double>(0, decades)(random));
-}
-
 // Triangles as long as the mesh, of aspect 1 .. 1e7.
 const AcceleratedMesh& slivers() {
   static const AcceleratedMesh mesh = [] {
@@ -19,7 +15,7 @@ const AcceleratedMesh& slivers() {
     MeshSource source;
     for (uint32_t i = 0; i < 48; ++i) {
       Vec3 along = random_direction(random), across = glm::normalize(glm::cross(along, random_direction(random)));
-      double width = 1.0 / log_uniform(random, 7.0);
+      double width = 1.0 / power_of_ten(random, 0.0, 7.0);
       Vec3 apex = (std::uniform_real_distribution<double>(-1, 1)(random)) * along + width * across;
       source.vertices.insert(source.vertices.end(), {-along, along, apex});
       source.faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
@@ -57,7 +53,7 @@ double point_error(Random& random, uint64_t i) {
   Vec3 p = a + u * (b - a) + v * (c - a);
   Vec3 from = random_direction(random);
   if (i & 1)  // along the triangle's plane, but for 1 .. 1e-7
-    from = glm::normalize(glm::normalize(b - a) + from / log_uniform(random, 7.0));
+    from = glm::normalize(glm::normalize(b - a) + from / power_of_ten(random, 0.0, 7.0));
   Ray ray{p + 3.0 * unit(random) * from, -from, -kInfinity};
   double worst = 0.0;
   for (const FaceHit& hit : mesh.all_hits(ray)) {

@@ -66,15 +66,20 @@ std::vector<double> render(const Scene& scene, int threads, int tile, Random& ra
   return image;
 }
 
+// Values that differ in any bit.
+double unlike(const std::vector<double>& found, const std::vector<double>& expected) {
+  if (found.size() != expected.size()) return kInfinity;
+  double out = 0.0;
+  for (size_t k = 0; k < found.size(); ++k) out += std::bit_cast<uint64_t>(found[k]) != std::bit_cast<uint64_t>(expected[k]);
+  return out;
+}
+
 // Values that differ from those of one thread and one tile.
 double differing(Random& random, uint64_t i) {
   constexpr int kThreads[] = {1, 2, 7}, kTiles[] = {5, 16, kWidth};
   auto scene = showcase(i % 2 ? Integrator::Whitted : Integrator::Path, static_cast<uint32_t>(i / 18));
   std::vector<double> expected = render_chunk(*scene, {0, 0, kWidth, kHeight}, 0, kSamples).sums;
-  std::vector<double> found = render(*scene, kThreads[i / 2 % 3], kTiles[i / 6 % 3], random);
-  double differ = 0.0;
-  for (size_t k = 0; k < found.size(); ++k) differ += !(found[k] == expected[k]);
-  return differ;
+  return unlike(render(*scene, kThreads[i / 2 % 3], kTiles[i / 6 % 3], random), expected);
 }
 
 // --- Vector widths: those that the kernels are compiled for and this processor has; the first is used.
@@ -114,8 +119,7 @@ double differing_by_width(Random& random, uint64_t i) {
     hwy::GetChosenTarget().Update(target);
     std::vector<double> found = seen(*scene, rays);
     if (expected.empty()) expected = found;
-    if (found.size() != expected.size()) return kInfinity;
-    for (size_t k = 0; k < found.size(); ++k) differ += std::bit_cast<uint64_t>(found[k]) != std::bit_cast<uint64_t>(expected[k]);
+    differ += unlike(found, expected);
   }
   hwy::GetChosenTarget().Update(hwy::SupportedTargets());
   return differ;

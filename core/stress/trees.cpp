@@ -106,7 +106,7 @@ double measure_error(Random& random, uint64_t i) {
   static const std::vector<TreeScene> trees = forest(32, 33);
   const TreeScene& tree = trees[i % trees.size()];
   Ray line = random_ray(random, 4.0);
-  thread_local std::vector<Crossing> found, part, all;
+  thread_local std::vector<Crossing> found, all;
   crossings(*tree.scene, line, found);
   double measure = 0.0, exact = 0.0, farthest = 1e-300;
   for (size_t k = 0; k < found.size(); ++k) {
@@ -117,18 +117,17 @@ double measure_error(Random& random, uint64_t i) {
   std::vector<Ends> operands;
   all.clear();
   for (const Instance& operand : tree.csg->assembly.instances) {
-    part.clear();
-    crossings(*tree.scene, tree.scene->objects[operand.object], operand.local(line), 0, part);
+    const size_t begin = all.size();
+    crossings(*tree.scene, tree.scene->objects[operand.object], operand.local(line), 0, all);
     Ends ends;
-    for (const Crossing& c : part) ends.push_back(c.t), farthest = std::max(farthest, std::fabs(c.t));
+    for (size_t k = begin; k < all.size(); ++k) ends.push_back(all[k].t), farthest = std::max(farthest, std::fabs(all[k].t));
     std::sort(ends.begin(), ends.end());
     operands.push_back(std::move(ends));
-    all.insert(all.end(), part.begin(), part.end());
   }
   Ends ends = evaluate(tree.tree, operands);
   for (size_t k = 0; k < ends.size(); ++k) exact += k % 2 ? ends[k] : -ends[k];
-  double error = std::fabs(measure - exact) / (8 * kUnitRoundoff * farthest);
-  return error <= 1.0 ? error : std::max(std::fabs(measure - exact) - left_open(all), 0.0) / (8 * kUnitRoundoff * farthest);
+  const double off = std::fabs(measure - exact), unit = 8 * kUnitRoundoff * farthest;
+  return (off <= unit ? off : std::max(off - left_open(all), 0.0)) / unit;
 }
 
 // --- Gate 21: points.
