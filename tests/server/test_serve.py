@@ -50,8 +50,24 @@ def test_why_a_server_cannot_start_is_told_in_one_line(server, tmp_path):
         assert status == (2 if name.startswith("TILECAST") or name == "--scheduler" else 1)
 
 
-def test_only_the_page_is_open_to_all_and_ctrl_c_ends_everybody(make_server):
-    server = make_server("--host", "0.0.0.0").start()
+# Makes a worker tell the scheduler that it lives without a pause, so that one such call is always under way.
+EAGER_HEARTBEAT = """
+import asyncio
+
+def dask_setup(worker):
+    async def beat():
+        while worker.status.name == "init":
+            await asyncio.sleep(0.01)
+        while worker.status.name == "running":
+            await worker.heartbeat()
+    worker.beating = [asyncio.ensure_future(beat()) for _ in range(4)]
+"""
+
+
+def test_only_the_page_is_open_to_all_and_ctrl_c_ends_everybody(make_server, tmp_path):
+    eager = tmp_path / "eager.py"
+    eager.write_text(EAGER_HEARTBEAT)
+    server = make_server("--host", "0.0.0.0", DASK_DISTRIBUTED__WORKER__PRELOAD=repr([str(eager)])).start()
     children = server.children()
     open_to_all = [
         connection.laddr.port

@@ -126,3 +126,5 @@ def dask_setup(_worker: object) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # That a worker is stopped in the middle of a chunk is no news.
     logging.getLogger("distributed.worker.state_machine").setLevel(logging.ERROR)
+    # Nor is it that the scheduler, which ends together with it, did not answer its last heartbeat.
+    logging.getLogger("distributed.worker").addFilter(lambda record: "scheduler during heartbeat" not in record.getMessage())
