@@ -20,9 +20,10 @@ namespace tilecast::HWY_NAMESPACE {
 using Floats = hn::FixedTag<float, WideNode::kWidth>;
 using Words = hn::FixedTag<uint32_t, WideNode::kWidth>;
 
-// What is wanted of the hits. take() is given every hit in t_min < t <= t_max, may lower the ray's t_max, and ends the
-// search by returning true.
+// What is wanted of the hits. take() is given every hit in t_min < t <= t_max, lowers the ray's t_max where kShortens says
+// so, and ends the search by returning true.
 struct Closest {
+  static constexpr bool kShortens = true;
   FaceHit& best;  // by (t, face)
   bool take(FrameRays& rays, int ray, uint32_t face, const TriangleHit& hit) {
     if (hit.t == rays.t_max[ray] && best.face < face) return false;
@@ -32,6 +33,7 @@ struct Closest {
   }
 };
 struct Any {
+  static constexpr bool kShortens = false;
   uint32_t& face;
   bool take(FrameRays&, int, uint32_t of, const TriangleHit&) {
     face = of;
@@ -39,6 +41,7 @@ struct Any {
   }
 };
 struct All {
+  static constexpr bool kShortens = false;
   std::vector<FaceHit>& hits;
   bool take(FrameRays&, int, uint32_t face, const TriangleHit& hit) {
     hits.push_back({hit.t, hit.u, hit.v, face, hit.entering});
@@ -46,32 +49,28 @@ struct All {
   }
 };
 
-// For each mask of eight lanes, the lanes that are set, three bits each: hn::Compress copies its table at every call.
-inline constexpr auto kSetLanes = [] {
-  std::array<uint32_t, 256> table{};
-  for (uint32_t mask = 0; mask < 256; ++mask)
-    for (uint32_t lane = 0, n = 0; lane < 8; ++lane)
-      if (mask >> lane & 1) table[mask] |= lane << 3 * n++;
-  return table;
-}();
-
-// For each octant that a direction does not have (its own, inverted) and each mask of slots, the mask by how near the
-// slots are, the farthest in bit 0.
+// For each octant that a direction does not have (its own, inverted) and each mask of slots: the slots from far to near,
+// three bits each, and above them the nearest. (hn::Compress copies its table at every call.)
+constexpr uint32_t kNearest = 24;
 inline constexpr auto kByDistance = [] {
-  std::array<std::array<uint8_t, 256>, 8> table{};
+  std::array<std::array<uint32_t, 256>, 8> table{};
   for (uint32_t octant = 0; octant < 8; ++octant)
-    for (uint32_t mask = 0; mask < 256; ++mask)
-      for (uint32_t slot = 0; slot < 8; ++slot)
-        if (mask >> slot & 1) table[octant][mask] |= static_cast<uint8_t>(1u << (slot ^ octant));
+    for (uint32_t mask = 0; mask < 256; ++mask) {
+      uint32_t slots = 0, nearest = 0;
+      for (uint32_t distance = 0, n = 0; distance < 8; ++distance) {  // bit 7 is the nearest
+        const uint32_t slot = distance ^ octant;
+        if (mask >> slot & 1) slots |= slot << 3 * n++, nearest = slot;
+      }
+      table[octant][mask] = slots | nearest << kNearest;
+    }
   return table;
 }();
 
-// The slots of a mask by distance, from far to near.
-HWY_INLINE auto slots_of(uint32_t by_distance, uint32_t inverted_octant) {
+// An entry's slots from far to near, as lanes.
+HWY_INLINE auto slots_of(uint32_t by_distance) {
   const Words w;
   alignas(32) static constexpr uint32_t kShifts[8] = {0, 3, 6, 9, 12, 15, 18, 21};
-  const auto lanes = hn::Xor(hn::Shr(hn::Set(w, kSetLanes[by_distance]), hn::Load(w, kShifts)), hn::Set(w, inverted_octant));
-  return hn::IndicesFromVec(Floats(), hn::And(lanes, hn::Set(w, 7)));
+  return hn::IndicesFromVec(Floats(), hn::And(hn::Shr(hn::Set(w, by_distance), hn::Load(w, kShifts)), hn::Set(w, 7)));
 }
 
 // Triangles against rays, lane by lane: which are crossed, from the front, and which need the tie-break. All are sheared
@@ -108,7 +107,7 @@ HWY_INLINE bool offer(const TriangleBlock& block, int lane, FrameRays& rays, int
   float vertices[3][3];
   for (int v = 0; v < 3; ++v)
     vertices[v][0] = block.vertices[v][x][lane], vertices[v][1] = block.vertices[v][y][lane], vertices[v][2] = block.vertices[v][z][lane];
-  if (tie) {
+  if (tie) [[unlikely]] {
     const float origin[3] = {rays.origin[x][ray], rays.origin[y][ray], rays.origin[z][ray]};
     const int side = crossed_side(origin, rays.shear_x[ray], rays.shear_y[ray], vertices);
     if (side == 0) return false;
@@ -118,18 +117,26 @@ HWY_INLINE bool offer(const TriangleBlock& block, int lane, FrameRays& rays, int
   return hit.t > rays.t_min[ray] && hit.t <= rays.t_max[ray] && query.take(rays, ray, block.face[lane], hit);
 }
 
+// What blocks want to know of a ray, in all lanes.
+struct RayLanes {
+  using V = hn::Vec<Floats>;
+  RayLanes(const FrameRays& rays, int ray)
+      : axes{rays.x[ray], rays.y[ray], rays.z[ray]}, shear_x(hn::Set(Floats(), rays.shear_x[ray])),
+        shear_y(hn::Set(Floats(), rays.shear_y[ray])) {
+    for (int i = 0; i < 3; ++i) origin[i] = hn::Set(Floats(), rays.origin[axes[i]][ray]);
+  }
+
+  size_t axes[3];  // as in FrameRay
+  V origin[3], shear_x, shear_y;
+};
+
 // A block's triangles against one ray. True where the search is at its end.
 template <class Query>
-HWY_INLINE bool test_block(const TriangleBlock& block, FrameRays& rays, int ray, Query query) {
-  const Floats d;
-  using V = hn::Vec<Floats>;
-  const int axes[3] = {rays.x[ray], rays.y[ray], rays.z[ray]};
-  V vertices[3][3], origin[3];
-  for (int i = 0; i < 3; ++i) {
-    origin[i] = hn::Set(d, rays.origin[axes[i]][ray]);
-    for (int v = 0; v < 3; ++v) vertices[v][i] = hn::Load(d, block.vertices[v][axes[i]]);
-  }
-  const Crossed found = crossed(vertices, origin, hn::Set(d, rays.shear_x[ray]), hn::Set(d, rays.shear_y[ray]));
+HWY_INLINE bool test_block(const TriangleBlock& block, const RayLanes& lanes, FrameRays& rays, int ray, Query query) {
+  RayLanes::V vertices[3][3];
+  for (int v = 0; v < 3; ++v)
+    for (int i = 0; i < 3; ++i) vertices[v][i] = hn::Load(Floats(), block.vertices[v][lanes.axes[i]]);
+  const Crossed found = crossed(vertices, lanes.origin, lanes.shear_x, lanes.shear_y);
   for (uint32_t rest = found.inside | found.ties; rest; rest &= rest - 1) {
     const int lane = std::countr_zero(rest);
     if (offer(block, lane, rays, ray, found.ties >> lane & 1, found.from_front >> lane & 1, query)) return true;
@@ -145,7 +152,9 @@ HWY_INLINE void trace(const WideBvh& bvh, FrameRays& rays, int ray, Query query,
   using V = hn::Vec<Floats>;
   const WideNode* nodes = bvh.nodes().data();
   const TriangleBlock* blocks = bvh.blocks().data();
-  const uint32_t octant = rays.octant[ray], inverted = octant ^ 7;
+  const uint32_t octant = rays.octant[ray];
+  const auto& by_distance = kByDistance[octant ^ 7];
+  const RayLanes lanes(rays, ray);
   const V reciprocal[3] = {hn::Set(d, rays.reciprocal[0][ray]), hn::Set(d, rays.reciprocal[1][ray]), hn::Set(d, rays.reciprocal[2][ray])};
   const V origin[3] = {hn::Set(d, rays.scaled_origin[0][ray]), hn::Set(d, rays.scaled_origin[1][ray]), hn::Set(d, rays.scaled_origin[2][ray])};
   const V s_min = hn::Set(d, rays.s_min[ray]);
@@ -154,14 +163,14 @@ HWY_INLINE void trace(const WideBvh& bvh, FrameRays& rays, int ray, Query query,
   for (int axis = 0; axis < 3; ++axis) near_plane[axis] = 2 * axis + (octant >> axis & 1);
 
   uint32_t children[WideBvh::kStackSize];
-  float nears[WideBvh::kStackSize];
+  float nears[Query::kShortens ? WideBvh::kStackSize : 1];
   int top = 0;
   uint32_t child = bvh.root();
   auto pop = [&] {  // false where nothing waits
     do {
       if (top == 0) return false;
       --top;
-    } while (nears[top] > rays.s_max[ray]);
+    } while (Query::kShortens && nears[top] > rays.s_max[ray]);
     child = children[top];
     return true;
   };
@@ -170,8 +179,8 @@ HWY_INLINE void trace(const WideBvh& bvh, FrameRays& rays, int ray, Query query,
     if (child & WideNode::kLeaf) {
       const TriangleBlock& block = blocks[child & ~WideNode::kLeaf];
       if constexpr (!std::is_same_v<Cost, NoCost>) cost.test(static_cast<uint64_t>(block.count()));
-      if (test_block(block, rays, ray, query) || !pop()) return;
-      s_max = hn::Set(d, rays.s_max[ray]);
+      if (test_block(block, lanes, rays, ray, query) || !pop()) return;
+      if constexpr (Query::kShortens) s_max = hn::Set(d, rays.s_max[ray]);
       continue;
     }
     const WideNode& node = nodes[child];
@@ -180,16 +189,16 @@ HWY_INLINE void trace(const WideBvh& bvh, FrameRays& rays, int ray, Query query,
     };
     const V near = hn::Max(hn::Max(plane(0, 0), plane(1, 0)), hn::Max(plane(2, 0), s_min));
     const V far = hn::Min(hn::Min(plane(0, 1), plane(1, 1)), hn::Min(plane(2, 1), s_max));
-    const uint32_t met = kByDistance[inverted][bits(d, hn::Le(near, far))];
+    const uint32_t met = bits(d, hn::Le(near, far));
     if (met == 0) {
       if (!pop()) return;
       continue;
     }
     // The nearest is gone to at once; the others wait.
-    child = node.child[static_cast<uint32_t>(std::bit_width(met) - 1) ^ inverted];
-    const auto slots = slots_of(met, inverted);
+    child = node.child[by_distance[met] >> kNearest];
+    const auto slots = slots_of(by_distance[met]);
     hn::StoreU(hn::TableLookupLanes(hn::BitCast(d, hn::Load(w, node.child)), slots), d, reinterpret_cast<float*>(children + top));
-    hn::StoreU(hn::TableLookupLanes(near, slots), d, nears + top);
+    if constexpr (Query::kShortens) hn::StoreU(hn::TableLookupLanes(near, slots), d, nears + top);
     top += std::popcount(met) - 1;
   }
 }

@@ -32,13 +32,14 @@ HWY_INLINE bool bound(FrameRays& rays, PacketBounds& out) {
   const Floats d;
   using V = hn::Vec<Floats>;
   const int first = std::countr_zero(rays.inside);
+  for (uint32_t rest = ~rays.inside & 0xffff; rest; rest &= rest - 1) rays.copy_lane(first, std::countr_zero(rest));
   out.octant = rays.octant[first];
-  out.one_shear = true;
-  for (int i = 0; i < FrameRays::kSize; ++i) {
-    if (!(rays.inside >> i & 1)) rays.copy_lane(first, i);
-    if (rays.octant[i] != out.octant) return false;
-    out.one_shear &= rays.z[i] == rays.z[first];
-  }
+  const Words w;
+  const auto octant = hn::Set(w, out.octant);
+  if (!hn::AllTrue(w, hn::And(hn::Eq(hn::Load(w, rays.octant), octant), hn::Eq(hn::Load(w, rays.octant + 8), octant))))
+    return false;
+  const hn::FixedTag<uint8_t, FrameRays::kSize> bytes;
+  out.one_shear = hn::AllTrue(bytes, hn::Eq(hn::LoadU(bytes, rays.z), hn::Set(bytes, rays.z[first])));
   auto extremes = [&](const float* values, float& lo, float& hi) {
     const V a = hn::Load(d, values), b = hn::Load(d, values + 8);
     lo = hn::GetLane(hn::MinOfLanes(d, hn::Min(a, b)));
@@ -74,8 +75,8 @@ HWY_INLINE int push_slots(const WideNode& node, uint32_t number, const PacketBou
     near = hn::Max(near, hn::Min(hn::Mul(n, lo), hn::Mul(n, hi)));
     far = hn::Min(far, hn::Max(hn::Mul(f, lo), hn::Mul(f, hi)));
   }
-  const uint32_t inverted = rays.octant ^ 7, met = kByDistance[inverted][bits(d, hn::Le(near, far))];
-  const auto order = slots_of(met, inverted);
+  const uint32_t met = bits(d, hn::Le(near, far));
+  const auto order = slots_of(kByDistance[rays.octant ^ 7][met]);
   const auto numbered = hn::BitCast(d, hn::Add(hn::Iota(w, 0), hn::Set(w, number * WideNode::kWidth)));
   hn::StoreU(hn::TableLookupLanes(numbered, order), d, reinterpret_cast<float*>(slots));
   hn::StoreU(hn::TableLookupLanes(near, order), d, nears);
@@ -131,6 +132,7 @@ template <class QueryOf>
 HWY_INLINE uint32_t trace_packet(const WideBvh& bvh, FrameRays& rays, QueryOf&& query_of) {
   PacketBounds bounds;
   if ((bvh.root() & WideNode::kLeaf) || std::popcount(rays.inside) < 4 || !bound(rays, bounds)) return rays.inside;
+  using Query = decltype(query_of(0));
   const WideNode* nodes = bvh.nodes().data();
   const TriangleBlock* blocks = bvh.blocks().data();
   const Floats d;
@@ -141,7 +143,7 @@ HWY_INLINE uint32_t trace_packet(const WideBvh& bvh, FrameRays& rays, QueryOf&& 
   int top = push_slots(nodes[0], 0, bounds, slots, nears);
   while (top > 0) {
     --top;
-    if (nears[top] > bounds.s_max) continue;
+    if (Query::kShortens && nears[top] > bounds.s_max) continue;
     const WideNode& parent = nodes[slots[top] / WideNode::kWidth];
     const uint32_t slot = slots[top] % WideNode::kWidth, child = parent.child[slot];
     if (!(child & WideNode::kLeaf)) {
@@ -158,10 +160,11 @@ HWY_INLINE uint32_t trace_packet(const WideBvh& bvh, FrameRays& rays, QueryOf&& 
     } else {
       for (uint32_t rest = met; rest; rest &= rest - 1) {
         const int ray = std::countr_zero(rest);
-        if (test_block(block, rays, ray, query_of(ray))) active &= ~(1u << ray);
+        if (test_block(block, RayLanes(rays, ray), rays, ray, query_of(ray))) active &= ~(1u << ray);
       }
     }
     if (active == 0) return 0;
+    if constexpr (!Query::kShortens) continue;
     // Rays that repeat another do not hold the packet back.
     for (uint32_t rest = ~rays.inside & 0xffff; rest; rest &= rest - 1) rays.s_max[std::countr_zero(rest)] = rays.s_min[0];
     bounds.s_max = hn::GetLane(hn::MaxOfLanes(d, hn::Max(hn::Load(d, rays.s_max), hn::Load(d, rays.s_max + 8))));

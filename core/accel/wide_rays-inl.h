@@ -81,6 +81,21 @@ struct alignas(32) FrameRays {
   }
 };
 
+// Four rays' numbers, each as a vector, in the order that they stand in a ray.
+template <class V>
+HWY_INLINE void load_columns(const Ray* const rays[4], V out[8]) {
+  static_assert(sizeof(Ray) == 8 * sizeof(double));
+  const hn::FixedTag<double, 4> d;
+  for (int half = 0; half < 8; half += 4) {
+    V row[4];
+    for (int k = 0; k < 4; ++k) row[k] = hn::LoadU(d, reinterpret_cast<const double*>(rays[k]) + half);
+    const V even01 = hn::InterleaveLower(d, row[0], row[1]), even23 = hn::InterleaveLower(d, row[2], row[3]);
+    const V odd01 = hn::InterleaveUpper(d, row[0], row[1]), odd23 = hn::InterleaveUpper(d, row[2], row[3]);
+    out[half] = hn::ConcatLowerLower(d, even23, even01), out[half + 1] = hn::ConcatLowerLower(d, odd23, odd01);
+    out[half + 2] = hn::ConcatUpperUpper(d, even23, even01), out[half + 3] = hn::ConcatUpperUpper(d, odd23, odd01);
+  }
+}
+
 // At most kSize rays. Lanes beyond `count` repeat the last ray and are not inside.
 HWY_INLINE void enter_frame(const Frame& frame, const Ray* const* rays, int count, FrameRays& out) {
   const hn::FixedTag<double, 4> d;
@@ -96,15 +111,12 @@ HWY_INLINE void enter_frame(const Frame& frame, const Ray* const* rays, int coun
   for (int begin = 0; begin < count; begin += 4) {
     const Ray* r[4];
     for (int k = 0; k < 4; ++k) r[k] = rays[std::min(begin + k, count - 1)];
-    auto gathered = [&](auto get) {
-      alignas(32) const double lanes[4] = {get(*r[0]), get(*r[1]), get(*r[2]), get(*r[3])};
-      return hn::Load(d, lanes);
-    };
+    V columns[8];
+    load_columns(r, columns);
     V origin[3], direction[3], start[3];
     for (int i = 0; i < 3; ++i) {
-      origin[i] = hn::Mul(hn::Sub(gathered([&](const Ray& ray) { return ray.origin[i]; }), hn::Set(d, frame.centre[i])),
-                          hn::Set(d, 1.0 / frame.scale));
-      direction[i] = gathered([&](const Ray& ray) { return ray.direction[i]; });
+      origin[i] = hn::Mul(hn::Sub(columns[i], hn::Set(d, frame.centre[i])), hn::Set(d, 1.0 / frame.scale));
+      direction[i] = columns[3 + i];
     }
     const V largest = hn::Max(hn::Max(hn::Abs(direction[0]), hn::Abs(direction[1])), hn::Abs(direction[2]));
     const auto finite = hn::And(hn::Ge(largest, hn::Set(d, 0x1p-1000)), hn::Le(largest, hn::Set(d, 0x1p1000)));
@@ -163,7 +175,7 @@ HWY_INLINE void enter_frame(const Frame& frame, const Ray* const* rays, int coun
       out.y[begin + k] = static_cast<uint8_t>(back ? next : last);
     }
 
-    const V t_min = gathered([](const Ray& ray) { return ray.t_min; }), t_max = gathered([](const Ray& ray) { return ray.t_max; });
+    const V t_min = columns[6], t_max = columns[7];
     const V s_scale = hn::Div(hn::Set(d, 1.0), t_scale);
     const auto slack = hn::DemoteTo(f, hn::Mul(hn::Abs(t_start), hn::Set(d, 0x1p-50)));
     const auto below = hn::DemoteTo(f, hn::Sub(hn::Mul(t_min, s_scale), t_start));

@@ -26,8 +26,13 @@ struct Triangle {
   Vec3f a, b, c;
 };
 
-// The weights of the point of a triangle's outline that is nearest to the origin, in the plane.
-inline void nearest_on_outline(const double x[3], const double y[3], double w[3]) {
+// The weights of the point of a triangle's outline that is nearest to the origin, in the plane. Rare.
+struct Outline {
+  double x[3], y[3];
+};
+[[gnu::cold, gnu::noinline]] inline Vec3 nearest_on_outline(Outline corners) {
+  const auto& [x, y] = corners;
+  Vec3 w(0.0);
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 3; ++i) {
     int j = (i + 1) % 3;
@@ -39,6 +44,7 @@ inline void nearest_on_outline(const double x[3], const double y[3], double w[3]
     least = distance2;
     w[i] = 1.0 - along, w[j] = along, w[(i + 2) % 3] = 0.0;
   }
+  return w;
 }
 
 // A line in double, its coordinates in the order x, y, z of the ray's shear.
@@ -54,8 +60,8 @@ inline ShearedLine sheared(const FrameRay& ray) {
   return {{origin[ray.x], origin[ray.y], origin[ray.z]}, ray.shear_x64, ray.shear_y64, direction[ray.z], ray.t_start, ray.t_scale};
 }
 
-// vertices: in the same order of coordinates.
-inline TriangleHit refine(const ShearedLine& line, const float vertices[3][3], bool entering) {
+// vertices: in the same order of coordinates. Inlined, so that most callers divide for u and v only where t is wanted.
+[[gnu::always_inline]] inline TriangleHit refine(const ShearedLine& line, const float vertices[3][3], bool entering) {
   double x[3], y[3], z[3];
   for (int i = 0; i < 3; ++i) {
     z[i] = vertices[i][2] - line.origin[2];
@@ -69,8 +75,9 @@ inline TriangleHit refine(const ShearedLine& line, const float vertices[3][3], b
   }
   double sum = w[0] + w[1] + w[2];
   bool within = std::min({w[0], w[1], w[2]}) >= 0.0 || std::max({w[0], w[1], w[2]}) <= 0.0;
-  if (!within || sum == 0.0) {
-    nearest_on_outline(x, y, w);
+  if (!within || sum == 0.0) [[unlikely]] {
+    const Vec3 nearest = nearest_on_outline({{x[0], x[1], x[2]}, {y[0], y[1], y[2]}});
+    for (int i = 0; i < 3; ++i) w[i] = nearest[i];
     sum = 1.0;
   }
   double s = (w[0] * z[0] + w[1] * z[1] + w[2] * z[2]) / sum / line.along;
