@@ -13,7 +13,7 @@ const std::vector<Case>& cases() {
     std::vector<Case> out;
     for (auto* add : {add_triangles, add_slivers, add_boxes, add_agreement, add_crowding, add_spawned_rays, add_scaling,
                       add_solids, add_coplanar, add_trees, add_chains, add_instances, add_threads, add_extreme_geometry,
-                      add_extreme_light, add_dielectrics, add_scattering})
+                      add_extreme_light, add_dielectrics, add_scattering, add_samples})
       add(out);
     std::stable_sort(out.begin(), out.end(), [](const Case& a, const Case& b) {
       return (a.gate ? a.gate : 1000) < (b.gate ? b.gate : 1000);

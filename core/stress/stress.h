@@ -107,5 +107,6 @@ void add_extreme_light(std::vector<Case>& out);
 void add_solids(std::vector<Case>& out);
 void add_dielectrics(std::vector<Case>& out);
 void add_scattering(std::vector<Case>& out);
+void add_samples(std::vector<Case>& out);
 
 }  // namespace tilecast::stress

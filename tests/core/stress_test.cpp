@@ -20,7 +20,8 @@ class Hazard : public ::testing::TestWithParam<size_t> {};
 TEST_P(Hazard, Holds) {
   const Case& hazard = cases()[GetParam()];
   Verdict verdict = run(hazard, std::min(std::max(hazard.cases / kShare, std::min(hazard.cases, kFewest)), kMost), 1);
-  EXPECT_TRUE(verdict.holds) << hazard.name << ": " << hazard.figure << " " << verdict.figure << ", limit " << hazard.limit;
+  EXPECT_TRUE(verdict.holds) << hazard.name << ": " << hazard.figure << " " << verdict.figure << ", limit " << hazard.limit << "; "
+                             << verdict.error;
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Hazard, ::testing::Range(size_t(0), cases().size()), [](const auto& info) {
