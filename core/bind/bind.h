@@ -6,6 +6,8 @@
 #include <pybind11/stl.h>
 
 #include <array>
+#include <string>
+#include <vector>
 
 #include "base/affine.h"
 
@@ -18,7 +20,7 @@ using Array = py::array_t<T, py::array::c_style | py::array::forcecast | py::det
 inline tilecast::Vec3 to_vec(const Triple& t) { return {t[0], t[1], t[2]}; }
 
 // Refuses an array of another shape; -1 stands for any length.
-inline void check_shape(const py::array& array, std::initializer_list<py::ssize_t> shape, const char* name) {
+inline void check_shape(const py::array& array, const std::vector<py::ssize_t>& shape, const char* name) {
   bool right = array.ndim() == static_cast<py::ssize_t>(shape.size());
   std::string wanted, got;
   py::ssize_t i = 0;

@@ -3,6 +3,7 @@
 #include "bind/bind.h"
 #include "render/denominators.h"
 #include "render/error_partials.h"
+#include "render/sums.h"
 
 using namespace tilecast;
 
@@ -19,6 +20,10 @@ SampleSums checked(const Sums& sums, py::ssize_t height, py::ssize_t width, cons
 template <size_t N>
 py::array_t<double> to_numpy(const std::array<double, N>& values) {
   return py::array_t<double>(N, values.data());
+}
+
+py::array_t<double> copy(const Array<double>& array) {
+  return py::array_t<double>(std::vector<py::ssize_t>(array.shape(), array.shape() + array.ndim()), array.data());
 }
 
 // Without the interpreter's lock.
@@ -78,6 +83,18 @@ void bind_error(py::module_& module) {
       "even and odd samples apart, `samples` (at least 2) in all. `parts`: (sums, samples) of those before the last "
       "range and of those in it. Where one of them has a single sample, what they tell is taken from `previous`, the "
       "partials of the checkpoint before.");
+  module.def(
+      "add_sums",
+      [](const Array<double>& total, const Array<double>& lost, const Array<double>& more) {
+        check_shape(lost, {total.shape(), total.shape() + total.ndim()}, "lost");
+        check_shape(more, {total.shape(), total.shape() + total.ndim()}, "more");
+        py::array_t<double> sum = copy(total), rest = copy(lost);
+        add_sums(sum.mutable_data(), rest.mutable_data(), more.data(), static_cast<size_t>(sum.size()));
+        return std::pair(sum, rest);
+      },
+      py::arg("total"), py::arg("lost"), py::arg("more"),
+      "(total, lost) with `more` added, float64 of one shape: total + lost is the sum to twice the precision, and the total "
+      "is that sum rounded. See core/render/sums.h.");
   module.def(
       "tail_partials",
       [](const Array<double>& a, const Array<double>& b) {

@@ -12,20 +12,23 @@ const Case& find(const std::string& name) {
   throw tilecast::Error("no case is called " + name);
 }
 
-Verdict run_case(const std::string& name, uint64_t count, int threads) {
+std::pair<Verdict, bool> run_case(const std::string& name, uint64_t first, uint64_t end, int threads) {
   const Case& found = find(name);
+  if (first > end || first % found.batch != 0)
+    throw tilecast::Error("first: must be a multiple of " + std::to_string(found.batch) + " up to the number of cases");
   bool interrupted = false;
   Verdict verdict;
   {
     py::gil_scoped_release release;
-    verdict = run(found, count, threads, [&](uint64_t) {
+    verdict = run(found, first, end, threads, [&](uint64_t) {
       py::gil_scoped_acquire acquire;
       interrupted = PyErr_CheckSignals() != 0;  // Ctrl-C
       return !interrupted;
     });
   }
-  if (interrupted) throw py::error_already_set();
-  return verdict;
+  if (interrupted && !PyErr_ExceptionMatches(PyExc_KeyboardInterrupt)) throw py::error_already_set();
+  PyErr_Clear();
+  return {verdict, interrupted};
 }
 
 }  // namespace
@@ -37,7 +40,8 @@ void bind_stress(py::module_& module) {
       .def_readonly("figure", &Case::figure, "What is measured, with its unit.")
       .def_readonly("limit", &Case::limit, "It holds while the figure is at most this.")
       .def_readonly("cases", &Case::cases, "A normal run.")
-      .def_readonly("long_cases", &Case::long_cases);
+      .def_readonly("long_cases", &Case::long_cases)
+      .def_readonly("batch", &Case::batch, "A run may begin at its multiples.");
   py::class_<Verdict>(module, "StressVerdict", "How a case came out.")
       .def_readonly("figure", &Verdict::figure)
       .def_readonly("cases", &Verdict::cases, "That were run.")
@@ -48,6 +52,7 @@ void bind_stress(py::module_& module) {
       .def_property_readonly("bytes", [](const Verdict& v) { return v.costs.bytes; }, "Of the scene's accelerators.")
       .def_property_readonly("rays_per_second", [](const Verdict& v) { return v.costs.rays_per_second; }, "Closest hits, one thread.");
   module.def("stress_cases", &cases, "All cases, in the order of their gates; then the extreme scenes.");
-  module.def("run_stress", &run_case, py::arg("name"), py::arg("count"), py::arg("threads"),
-             "Runs cases 0 .. count - 1, shared out among threads, with the GIL released. Ctrl-C ends it.");
+  module.def("run_stress", &run_case, py::arg("name"), py::arg("first"), py::arg("end"), py::arg("threads"),
+             "Runs cases first .. end - 1, shared out among threads, with the GIL released. (verdict, whether Ctrl-C ended it): then "
+             "all before first + verdict.cases have been run, and no others.");
 }

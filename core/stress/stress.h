@@ -50,8 +50,9 @@ const std::vector<Case>& cases();
 // Looked at by the calling thread between its batches, with the number of cases begun; false ends the run early.
 using KeepGoing = std::function<bool(uint64_t begun)>;
 
-// Cases 0 .. count - 1, shared out among the threads.
-Verdict run(const Case& stress_case, uint64_t count, int threads, const KeepGoing& keep_going = nullptr);
+// Cases first .. end - 1, shared out among the threads; `first` is a multiple of the case's batch. Of a run that was ended early
+// all cases before first + Verdict::cases have been run, and no others.
+Verdict run(const Case& stress_case, uint64_t first, uint64_t end, int threads, const KeepGoing& keep_going = nullptr);
 
 // The figure of a batch from that of its cases, case_figure(random, i). The random numbers follow from `first`.
 template <class CaseFigure>
@@ -108,5 +109,6 @@ void add_solids(std::vector<Case>& out);
 void add_dielectrics(std::vector<Case>& out);
 void add_scattering(std::vector<Case>& out);
 void add_samples(std::vector<Case>& out);
+void add_long_sums(std::vector<Case>& out);
 
 }  // namespace tilecast::stress

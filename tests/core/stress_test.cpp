@@ -19,7 +19,7 @@ class Hazard : public ::testing::TestWithParam<size_t> {};
 
 TEST_P(Hazard, Holds) {
   const Case& hazard = cases()[GetParam()];
-  Verdict verdict = run(hazard, std::min(std::max(hazard.cases / kShare, std::min(hazard.cases, kFewest)), kMost), 1);
+  Verdict verdict = run(hazard, 0, std::min(std::max(hazard.cases / kShare, std::min(hazard.cases, kFewest)), kMost), 1);
   EXPECT_TRUE(verdict.holds) << hazard.name << ": " << hazard.figure << " " << verdict.figure << ", limit " << hazard.limit << "; "
                              << verdict.error;
 }

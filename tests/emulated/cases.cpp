@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
     for (const Case& stress_case : cases()) {
       if (count == nullptr || stress_case.name != std::string_view(argv[i], count - argv[i])) continue;
       found = true;
-      const Verdict verdict = run(stress_case, std::strtoull(count + 1, nullptr, 10), 1);
+      const Verdict verdict = run(stress_case, 0, std::strtoull(count + 1, nullptr, 10), 1);
       std::printf("%5d  %-21s %-7s %12llu  %.3g %s%s\n", stress_case.gate, stress_case.name.c_str(), verdict.holds ? "holds" : "FAILS",
                   static_cast<unsigned long long>(verdict.cases), verdict.figure, stress_case.figure.c_str(), verdict.error.c_str());
       std::fflush(stdout);

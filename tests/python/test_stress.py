@@ -26,7 +26,7 @@ def verdict(**changes):
                               "build_seconds": 0.0, "bytes": 0, "rays_per_second": 0.0} | changes)
 
 
-CASE = SimpleNamespace(name="slivers", gate=7, figure="error, in 8 u", limit=1.0, cases=1000, long_cases=10**9)
+CASE = SimpleNamespace(name="slivers", gate=7, figure="error, in 8 u", limit=1.0, cases=1000, long_cases=10**9, batch=64)
 
 
 def test_a_quick_run_holds_and_says_so(tmp_path):
@@ -61,15 +61,39 @@ def test_ctrl_c_ends_it_with_what_there_is(tmp_path):
     time.sleep(0.5)
     os.kill(process.pid, signal.SIGINT)
     out, error = process.communicate(timeout=30)
-    assert process.returncode == 130 and error == "" and "0 of 0 hold" in out
-    assert json.loads(table.read_text()) == {"complete": False, "holds": False, "cases": []}
+    assert process.returncode == 130 and error == "" and "0 of 1 hold" in out
+    found = json.loads(table.read_text())
+    assert not found["complete"] and not found["holds"]
+    [row] = found["cases"]
+    assert row["figure"] == 0 and row["go_on"] == row["cases"] > 0
+    [line] = [line for line in out.splitlines() if " stopped " in line]
+    assert line.endswith(f"; go on with --first {row['go_on']}")
+
+
+def test_a_run_goes_on_where_it_was_ended(tmp_path):
+    table = tmp_path / "table.json"
+    first = 1_000_000 - 8192
+    result = run("--only", "watertight", "--first", str(first + 5), "--json", str(table))
+    [row] = json.loads(table.read_text())["cases"]
+    begin = first // 4096 * 4096  # where a batch does
+    assert result.returncode == 0 and row["first"] == begin and row["cases"] == 1_000_000 - begin
+    assert f"from case {begin:,} on" in result.stdout
+
+
+def test_parts_of_a_run_are_the_run():
+    def figure(first, end):
+        return _core.run_stress("quadratic", first, end, 2)[0].figure
+
+    assert figure(0, 40960) == max(figure(0, 8192), figure(8192, 40960))
+    with pytest.raises(_core.Error, match="must be a multiple of 4096"):
+        figure(1, 10)
 
 
 def test_a_case_that_falls_short_is_told_and_ends_with_1(monkeypatch):
     good = SimpleNamespace(**{**vars(CASE), "name": "fine"})
     verdicts = {"fine": verdict(), "slivers": verdict(figure=float("inf"), holds=False, error="it broke")}
     monkeypatch.setattr(_core, "stress_cases", lambda: [good, CASE])
-    monkeypatch.setattr(_core, "run_stress", lambda name, count, threads: verdicts[name])
+    monkeypatch.setattr(_core, "run_stress", lambda name, first, end, threads: (verdicts[name], False))
     result = typer.testing.CliRunner().invoke(cli.app, ["stress"])
     assert result.exit_code == 1
     lines = result.stdout.splitlines()

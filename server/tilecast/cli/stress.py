@@ -29,6 +29,9 @@ def stress(
         "--json", metavar="FILE|-", show_default=False,
         help="Write the table as JSON, too; -: to standard output, and the table to standard error.")] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="One a core by default.", show_default=False)] = None,
+    first: Annotated[int, typer.Option(min=0, metavar="N", show_default=False,
+                                       help="Leave out the cases before this one: a long run that was ended with Ctrl-C "
+                                            "says where to go on.")] = 0,
 ) -> None:
     """Try the numerical hazards and extreme scenes, and print a table. Ends with status 1 if one falls short."""
     from .. import _core
@@ -47,11 +50,15 @@ def stress(
             count = case.long_cases if long else case.cases
             if quick:
                 count = max(count // _QUICK, min(count, _FEWEST))
+            begin = min(first, count) // case.batch * case.batch
             with _running(case.name, screen):
-                verdict = _core.run_stress(case.name, count, threads or os.cpu_count() or 1)
-            rows.append(row(case, verdict))
+                verdict, stopped = _core.run_stress(case.name, begin, count, threads or os.cpu_count() or 1)
+            rows.append(row(case, verdict, begin, stopped))
             _print(screen, line(rows[-1], colour=screen.isatty()))
-        complete = True
+            if stopped:
+                break
+        else:
+            complete = True
     except KeyboardInterrupt:
         pass
     for text in summary(rows):
@@ -64,10 +71,14 @@ def stress(
         raise typer.Exit(FAILED)
 
 
-def row(case: Any, verdict: Any) -> Row:
-    """A case and how it came out, as plain values. What is not finite is none in JSON."""
+def row(case: Any, verdict: Any, first: int = 0, stopped: bool = False) -> Row:
+    """A case and how it came out, as plain values: of the cases from `first` on. What is not finite is none in JSON."""
     out = {"gate": case.gate or None, "case": case.name, "figure": _finite(verdict.figure), "unit": case.figure,
            "limit": case.limit, "cases": verdict.cases, "holds": verdict.holds, "seconds": round(verdict.seconds, 3)}
+    if first:
+        out["first"] = first
+    if stopped:
+        out["go_on"] = first + verdict.cases
     if verdict.error:
         out["error"] = verdict.error
     if verdict.build_seconds:
@@ -81,14 +92,16 @@ HEAD = f"{'gate':>5}  {'case':<22}{'verdict':<8}{'cases':>13}{'seconds':>10}  fi
 
 def line(row: Row, colour: bool = False) -> str:
     """A row of the table."""
-    verdict = "holds" if row["holds"] else "FAILS"
+    verdict = "holds" if row["holds"] else "stopped" if "go_on" in row else "FAILS"
     padded = f"{verdict:<8}"
-    if colour and not row["holds"]:
+    if colour and verdict == "FAILS":
         padded = typer.style(padded, fg="red", bold=True)
     figure = "not a finite" if row["figure"] is None else f"{row['figure']:.3g}"
     gate = row["gate"] or "scene"
     return (f"{gate:>5}  {row['case']:<22}{padded}{row['cases']:>13,}{row['seconds']:>10.1f}  "
-            f"{figure} {row['unit']}; at most {row['limit']:g}" + (f": {row['error']}" if "error" in row else ""))
+            f"{figure} {row['unit']}; at most {row['limit']:g}" + (f": {row['error']}" if "error" in row else "")
+            + (f"; from case {row['first']:,} on" if "first" in row else "")
+            + (f"; go on with --first {row['go_on']}" if "go_on" in row else ""))
 
 
 def summary(rows: list[Row]) -> list[str]:

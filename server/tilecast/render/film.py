@@ -13,21 +13,33 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .. import _core
 from . import error
-from .plan import Chunk, Plan, Tile
+from .plan import MOST_IN_RANGE, Chunk, Plan, Tile
 
-_FORMAT = 4  # of saved tiles
+_FORMAT = 5  # of saved tiles
 
 
 @dataclass(frozen=True)
 class _TileState:
     sums: np.ndarray | None = None  # float64 [2, h, w, 3]: even samples, odd samples; None: nothing yet
+    lost: np.ndarray | None = None  # the same: what rounding took from the sums; None: they are of few chunks
     ranges: int = 0  # chunks added so far
     samples: int = 0  # of each pixel
     partials: np.ndarray = field(default_factory=lambda: np.empty((0, error.PARTIALS)))  # [checkpoints so far, n]
     rays: tuple[int, int, int] = (0, 0, 0)  # camera, bounce, shadow
     rays_at: tuple[int, ...] = ()  # all of them at each checkpoint
     seconds: float = 0.0  # of work, over all threads
+
+
+def _sum(state: _TileState, chunk: Chunk, sums: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+    """The sums with those of the next chunk, and what rounding took from them: it counts where chunks are many."""
+    # The first sums are taken as they are, not added to zero: so -0.0 stays what it is, whatever the order.
+    if state.sums is None:
+        return sums, None
+    if chunk.first < MOST_IN_RANGE:
+        return state.sums + sums, None
+    return _core.add_sums(state.sums, np.zeros_like(sums) if state.lost is None else state.lost, sums)
 
 
 class Film:
@@ -66,9 +78,7 @@ class Film:
             raise ValueError(f"the next chunk of tile {chunk.tile.column}, {chunk.tile.row} must begin at sample "
                              f"{state.samples}, got {chunk.first}")
         done = state.samples + chunk.count
-        # The first sums are taken as they are, not added to zero: so -0.0 stays what it is, whatever the
-        # order.
-        total = sums if state.sums is None else state.sums + sums
+        total, lost = _sum(state, chunk, sums)
         partials, rays_at = state.partials, state.rays_at
         rays = tuple(a + b for a, b in zip(state.rays, rays))
         if chunk.checkpoint:
@@ -76,7 +86,7 @@ class Film:
             parts = () if state.sums is None else ((state.sums, state.samples), (sums, chunk.count))
             row = error.tile_partials(total, done, parts, partials[-1] if len(partials) else None)
             partials = np.vstack([partials, row])
-        return _TileState(total, state.ranges + 1, done, partials, rays, rays_at, state.seconds + seconds)
+        return _TileState(total, lost, state.ranges + 1, done, partials, rays, rays_at, state.seconds + seconds)
 
     def _put(self, tile: Tile, state: _TileState) -> None:
         before = self._tiles[tile.index]
@@ -181,7 +191,8 @@ class Film:
             raise ValueError(f"tile {tile.column}, {tile.row} has no samples to save yet")
         out = io.BytesIO()
         np.savez(out, format=np.int64(_FORMAT), tile=self._identity(tile), ranges=np.int64(state.ranges),
-                 samples=np.int64(state.samples), sums=state.sums, partials=state.partials,
+                 samples=np.int64(state.samples), sums=state.sums,
+                 lost=np.empty(0) if state.lost is None else state.lost, partials=state.partials,
                  rays=np.array(state.rays, np.int64),
                  rays_at=np.array(state.rays_at, np.int64),
                  seconds=np.float64(state.seconds))
@@ -194,12 +205,14 @@ class Film:
             with np.load(io.BytesIO(data), allow_pickle=False) as stored:
                 arrays = dict(stored)
             same = int(arrays["format"]) == _FORMAT and np.array_equal(arrays["tile"], self._identity(tile))
-            state = _TileState(arrays["sums"], int(arrays["ranges"]), int(arrays["samples"]), arrays["partials"],
+            lost = arrays["lost"] if arrays["lost"].size else None
+            state = _TileState(arrays["sums"], lost, int(arrays["ranges"]), int(arrays["samples"]), arrays["partials"],
                                tuple(arrays["rays"].tolist()), tuple(arrays["rays_at"].tolist()),
                                float(arrays["seconds"]))
         except Exception as problem:  # zipfile, zlib and numpy each have their own errors for damaged bytes
             raise ValueError(f"the stored tile {tile.column}, {tile.row} is damaged: {problem}") from problem
-        if not same or state.sums.shape != (2, tile.height, tile.width, 3) \
+        shape = (2, tile.height, tile.width, 3)
+        if not same or state.sums.shape != shape or (lost is not None and lost.shape != shape) \
                 or state.partials.shape != (len(state.rays_at), error.PARTIALS):
             raise ValueError(f"the stored tile {tile.column}, {tile.row} belongs to another plan or tile")
         if self._tiles[tile.index].ranges:
