@@ -1,6 +1,7 @@
 #include "scene/csg_filter.h"
 
 #include "scene/csg.h"
+#include "geometry/sure_lanes.h"
 #include "scene/csg_ends.h"
 
 namespace tilecast {
@@ -87,6 +88,43 @@ Batch empty_batch() {
   return batch;
 }
 
+// One operand of a batch.
+CsgFilter::Single single(const Batch& batch, int lane, const Solid& solid) {
+  CsgFilter::Single out{};
+  out.operand = batch.operand[lane];
+  out.rough = batch.rough[lane] != 0;
+  out.solved_in_lanes = has_sure_lanes(solid);
+  out.ball = CsgFilter::Single::Ball::None;
+  bool even = true;
+  for (int i = 0; i < 3; ++i) {
+    out.centre[i] = batch.centre[i][lane];
+    for (int j = 0; j < 3; ++j) {
+      const float m = out.map[i][j] = batch.map[i][j][lane];
+      if (m != 0.0f) out.ball = CsgFilter::Single::Ball::Mapped, out.rows = i + 1;
+      even &= m == (i == j ? batch.map[0][0][lane] : 0.0f);
+    }
+  }
+  if (out.ball == CsgFilter::Single::Ball::Mapped && even) out.ball = CsgFilter::Single::Ball::Even;
+  for (int k = 0; k < 2; ++k) {
+    out.radius2[k] = batch.radius2[k][lane];
+    if (out.ball == CsgFilter::Single::Ball::Even && !batch.even) out.radius2[k] /= out.map[0][0] * out.map[0][0];
+  }
+  for (int number = 0; number < batch.slab_count; ++number) {
+    const CsgFilter::Slab& slab = batch.slabs[number];
+    CsgFilter::Single::Slab& to = out.slabs[out.slab_count];
+    to.along = -1;
+    for (int i = 0; i < 3; ++i) {
+      to.normal[i] = slab.normal[i][lane];
+      if (to.normal[i] == 1.0f) to.along = i;
+    }
+    for (int k = 0; k < 2; ++k) to.low[k] = slab.low[k][lane], to.high[k] = slab.high[k][lane];
+    for (int i = 0; i < 3; ++i)
+      if (to.along >= 0 && i != to.along && to.normal[i] != 0.0f) to.along = -1;
+    if (to.low[0] > -kNowhere || to.high[0] < kNowhere) ++out.slab_count;
+  }
+  return out;
+}
+
 }  // namespace
 
 CsgFilter make_filter(const Csg& csg, const Scene& scene) {
@@ -133,7 +171,11 @@ CsgFilter make_filter(const Csg& csg, const Scene& scene) {
       for (size_t lane = 0; lane < order.size(); ++lane)
         if (within >> lane & 1) state.enter(csg, order[lane], true);
       out.inside[within] = state.at(csg.nodes[0], 0);
+      if (out.inside[within]) out.inside_bits[within >> 5] |= static_cast<int32_t>(1u << (within & 31));
     }
+  if (out.batches.size() == 1)
+    for (int lane = 0; lane < out.batches[0].count; ++lane)
+      out.singles.push_back(single(out.batches[0], lane, scene.solids[scene.objects[assembly.instances[out.batches[0].operand[lane]].object].index]));
   out.result_box = csg.result_box.padded(static_cast<float>(kRoom));
   return out;
 }
