@@ -1,40 +1,12 @@
 #include "geometry/sure_lanes.h"
 
+#include "base/twofold_lanes.h"
 #include "geometry/ball.h"
 
 namespace tilecast {
 namespace {
 
 constexpr uint32_t kAllLanes = (1u << kLanes) - 1;
-
-struct TwofoldLanes {
-  Double8 hi, lo;
-
-  Double8 value() const { return hi + lo; }
-};
-TwofoldLanes two_sum(const Double8& a, const Double8& b) {
-  const Double8 sum = a + b, part = sum - a;
-  return {sum, (a - (sum - part)) + (b - part)};
-}
-TwofoldLanes two_product(const Double8& a, const Double8& b) {
-  const Double8 product = a * b;
-  return {product, fma(a, b, -product)};
-}
-template <int n>
-TwofoldLanes twofold_dot(const Double8 (&a)[n], const Double8 (&b)[n]) {
-  TwofoldLanes sum = two_product(a[0], b[0]);
-  for (int i = 1; i < n; ++i) {
-    const TwofoldLanes product = two_product(a[i], b[i]), next = two_sum(sum.hi, product.hi);
-    sum = {next.hi, sum.lo + (next.lo + product.lo)};
-  }
-  return sum;
-}
-template <int n>
-TwofoldLanes twofold_square(const Double8 (&v)[n], double x) {
-  const TwofoldLanes sum = twofold_dot(v, v), product = two_product(Double8(x), Double8(x)),
-                     rest = two_sum(sum.hi, -product.hi);
-  return {rest.hi, sum.lo + (rest.lo - product.lo)};
-}
 
 template <int n>
 struct NearOneLanes {

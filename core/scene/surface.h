@@ -40,12 +40,16 @@ class Ways {
     double stretch, offsets;
   };
 
+  static constexpr size_t kSlots = 128;
+
   explicit Ways(const Scene& scene) : scene_(scene) {}
   Ways(const Ways&) = delete;
 
+  static size_t slot_of(uint64_t primitive) { return (primitive * 0x9e3779b97f4a7c15u) >> 57; }
+
   // Until the next call. The count of instances is 0 where there are more than it has room for.
   const Way& to(uint64_t primitive) {
-    Way& way = ways_[(primitive * 0x9e3779b97f4a7c15u) >> 57];
+    Way& way = ways_[slot_of(primitive)];
     if (way.primitive != primitive) find(primitive, way);
     return way;
   }
@@ -56,7 +60,7 @@ class Ways {
   void find(uint64_t primitive, Way& way) const;
 
   const Scene& scene_;
-  Way ways_[128];
+  Way ways_[kSlots];
 };
 
 }  // namespace tilecast
