@@ -44,9 +44,11 @@ struct CsgFilter {
       float normal[3], low[2], high[2];
       int along;  // its normal is this axis of the frame, for which the line has a reciprocal; else -1
     };
-    enum class Ball : uint8_t { None, Even, Mapped } ball;  // even: the radii are those in the frame
+    // Even: in all of the frame's axes or in two of them alike; the radii are then those in the frame.
+    enum class Ball : uint8_t { None, Even, Mapped } ball;
     float map[3][3], centre[3], radius2[2];
-    int rows;  // of the map, that are not zero
+    int rows;     // even: how many axes; else of the map, that are not zero
+    int axes[3];  // even: which
     Slab slabs[3];
     int slab_count;
     bool rough;

@@ -13,15 +13,24 @@ using Single = CsgFilter::Single;
 void meet_ball(const Single& single, const FloatLines& lines, Ends& ends) {
   const Float8(&direction)[3] = lines.directions->direction;
   Float8 o[3], d[3], inverse;
-  int rows = 3;
-  for (int i = 0; i < 3; ++i) o[i] = lines.origin[i] - single.centre[i];
+  const int rows = single.rows;
   if (single.ball == Single::Ball::Even) {
-    for (int i = 0; i < 3; ++i) d[i] = direction[i];
-    inverse = lines.directions->inverse_square;
-  } else {
-    const Float8 from[3] = {o[0], o[1], o[2]};
     Float8 a = all(0.0f);
-    rows = single.rows;
+    for (int i = 0; i < rows; ++i) {
+      const int axis = single.axes[i];
+      o[i] = lines.origin[axis] - single.centre[axis], d[i] = direction[axis];
+      if (rows < 3) a = fma(d[i], d[i], a);
+    }
+    if (rows == 3) {
+      inverse = lines.directions->inverse_square;
+    } else {
+      const Mask8 along = a < 1e-20f;  // the axis, to within rounding
+      for (int i = 0; i < rows; ++i) d[i] = along ? all(0.0f) : d[i];
+      inverse = 1.0f / max(a, all(1e-20f));
+    }
+  } else {
+    Float8 from[3], a = all(0.0f);
+    for (int i = 0; i < 3; ++i) from[i] = lines.origin[i] - single.centre[i];
     for (int i = 0; i < rows; ++i) {
       const float* row = single.map[i];
       o[i] = fma(all(row[0]), from[0], fma(all(row[1]), from[1], row[2] * from[2]));
@@ -122,8 +131,13 @@ class LaneSearch {
   const Csg& csg_;
   const RayLanes& rays_;
   const Double8 &t_min_, &t_max_;
-  Float8 first_[2 * kLanes], last_[2 * kLanes];  // bounds of what is to come
-  int32_t number_[2 * kLanes];
+  struct Events {  // of each line one
+    Float8 first, last;  // bounds
+    Mask8 number;
+  };
+  void put_in_order();
+
+  Events events_[2 * kLanes + 1];  // and one that is never
   int count_ = 0;
   Mask8 within_ = {};
   uint32_t doubtful_ = 0;
@@ -140,14 +154,31 @@ void LaneSearch::gather(const FloatLines& lines, Float8 s_min, Float8 s_max, uin
     const Mask8 begun = met & (ends.in[1] < s_min), enters = met & ~begun, leaves = met & (ends.out[1] <= s_max);
     within_ |= begun & (1 << k);
     if (bits(enters) & lanes) {
-      first_[count_] = enters ? ends.in[0] : never, last_[count_] = ends.in[1];
-      number_[count_++] = static_cast<int32_t>(2 * k);
+      events_[count_++] = {enters ? ends.in[0] : never, ends.in[1], Mask8{} + static_cast<int32_t>(2 * k)};
     }
     if (bits(leaves) & lanes) {
-      first_[count_] = leaves ? ends.out[1] : never, last_[count_] = ends.out[0];
-      number_[count_++] = static_cast<int32_t>(2 * k + 1);
+      events_[count_++] = {leaves ? ends.out[1] : never, ends.out[0], Mask8{} + static_cast<int32_t>(2 * k + 1)};
     }
   }
+}
+
+// By their first bounds: Batcher's merge exchange (Knuth, "The Art of Computer Programming" 3, 5.2.2, algorithm M).
+void LaneSearch::put_in_order() {
+  if (count_ < 2) return;
+  const int largest = static_cast<int>(std::bit_floor(static_cast<unsigned>(count_ - 1)));
+  for (int p = largest; p > 0; p >>= 1)
+    for (int q = largest, r = 0, d = p; ; d = q - p, q >>= 1, r = p) {
+      for (int i = 0; i < count_ - d; ++i) {
+        if ((i & p) != r) continue;
+        Events &a = events_[i], &b = events_[i + d];
+        const Mask8 swap = a.first > b.first;
+        const Float8 first = min(a.first, b.first), last = swap ? b.last : a.last;
+        const Mask8 number = swap ? b.number : a.number;
+        b = {max(a.first, b.first), swap ? a.last : b.last, swap ? a.number : b.number};
+        a = {first, last, number};
+      }
+      if (q == p) break;
+    }
 }
 
 // Of crossings around the rays' beginnings, t = 0: those that lie behind for sure.
@@ -222,26 +253,18 @@ void LaneSearch::run(uint32_t lanes, CrossingLanes& out) {
   Mask8 within = within_, inside = inside_at(csg_.filter, within);
   uint32_t to_solve = 0;
   Mask8 picked = {};
-  while (open != 0) {
-    Float8 next = never, second = never;
-    for (int e = 0; e < count_; ++e) {
-      second = min(second, max(next, first_[e]));
-      next = min(next, first_[e]);
-    }
+  put_in_order();
+  events_[count_].first = never;
+  for (int e = 0; open != 0; ++e) {
+    const Float8 next = events_[e].first, last = events_[e].last;
+    const Mask8 which = events_[e].number;
     open &= ~bits(next == never);
-    Float8 last = never;
-    Mask8 which = {};
-    for (int e = 0; e < count_; ++e) {
-      const Mask8 here = first_[e] == next;
-      last = here ? last_[e] : last;
-      first_[e] = here ? never : first_[e];
-      within ^= here & (1 << (number_[e] >> 1));
-      which = here ? Mask8{} + number_[e] : which;
-    }
-    const uint32_t together = bits(second <= last) & open;
+    if (open == 0) break;
+    within ^= (Mask8{} + 1) << (which >> 1);
+    const uint32_t together = bits(events_[e + 1].first <= last) & open;
     out.unsure |= together;
     open &= ~together;
-    const Mask8 now = inside_at(csg_.filter, within & ((1 << kLanes) - 1)), changed = now ^ inside;
+    const Mask8 now = inside_at(csg_.filter, within), changed = now ^ inside;
     inside = now;
     uint32_t at = bits(changed & ~(last < from)) & open;
     if (at == 0) continue;
