@@ -6,6 +6,8 @@
 // the error estimate stands on.
 #pragma once
 
+#include <cstddef>
+
 #include "base/vec.h"
 
 namespace tilecast {
@@ -24,6 +26,8 @@ enum class Sampling : uint8_t { Sobol, Independent };
 inline constexpr const char* kSamplingNames[]{"sobol", "independent"};
 
 class Sampler {
+  friend class SamplerLanes;
+
  public:
   Sampler(uint32_t x, uint32_t y, uint32_t sample, uint32_t seed, Sampling sampling = Sampling::Sobol)
       : index_(sampling == Sampling::Sobol ? reverse(sample >> 1) : 0),
@@ -44,6 +48,7 @@ class Sampler {
   }
 
  private:
+  Sampler(uint32_t index, uint32_t key, uint32_t dimension, std::nullptr_t) : index_(index), key_(key), dimension_(dimension) {}
   static uint32_t reverse(uint32_t x) {
     x = __builtin_bswap32(x);
     x = ((x >> 4) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4);

@@ -29,20 +29,17 @@ struct NearOneLanes {
 struct LatestLanes {
   int number;
   Double8& t;
-  int32_t* face;
+  Double8 face = 0.0;
   uint32_t good = kAllLanes;
 
-  void offer(const Double8& at, const Mask8d& meant, int number_of_face) {
+  void offer(const Double8& at, const Mask8d& meant, const Double8& face_there) {
     const Mask8d better = meant & (number == 0 ? at > t : at < t);
-    t = choose(better, at, t);
-    for (uint32_t left = bits(better); left != 0; left &= left - 1) face[std::countr_zero(left)] = number_of_face;
+    t = choose(better, at, t), face = choose(better, face_there, face);
   }
   void slab(const Double8& o, const Double8& d, double lo, double hi, int low_face) {
     const Mask8d up = d > 0.0, high = number == 1 ? up : ~up;
     const Double8 at = (choose(high, hi, lo) - o) / d;
-    const Mask8d meant = ~(d == 0.0);
-    offer(at, meant & high, low_face + 1);
-    offer(at, meant & ~high, low_face);
+    offer(at, ~(d == 0.0), choose(high, low_face + 1, low_face));
   }
   template <int n>
   void ball(const Double8 (&origin)[n], const Double8 (&direction)[n], double r) {
@@ -58,7 +55,7 @@ struct LatestLanes {
     const Mask8d over_a = number == 1 ? q > 0.0 : ~(q > 0.0);
     const Double8 zero = choose(over_a, q, c.value()) / choose(over_a, a.value(), q);
     good &= bits(meets | near.still);
-    offer(zero * near.unit, meets & ~near.still, 0);
+    offer(zero * near.unit, meets & ~near.still, 0.0);
   }
 };
 
@@ -107,8 +104,7 @@ bool has_sure_lanes(const Solid& solid) {
 uint32_t sure_crossings(const Solid& solid, const LineLanes& lines, int number, Double8& t, int32_t face[kLanes]) {
   const auto &o = lines.origin, &d = lines.direction;
   t = Double8(number == 0 ? -kInfinity : kInfinity);
-  std::fill_n(face, kLanes, 0);
-  LatestLanes latest{number, t, face};
+  LatestLanes latest{number, t};
   if (auto* sphere = std::get_if<Sphere>(&solid)) {
     latest.ball(o, d, sphere->radius);
   } else if (auto* block = std::get_if<Block>(&solid)) {
@@ -118,6 +114,7 @@ uint32_t sure_crossings(const Solid& solid, const LineLanes& lines, int number, 
     latest.slab(o[1], d[1], -0.5 * cylinder.height, 0.5 * cylinder.height, 1);
     latest.ball({o[0], o[2]}, {d[0], d[2]}, cylinder.radius);
   }
+  for (int lane = 0; lane < kLanes; ++lane) face[lane] = static_cast<int32_t>(latest.face[lane]);
   return latest.good & bits(abs(t) < kInfinity);
 }
 

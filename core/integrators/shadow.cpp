@@ -9,14 +9,15 @@
 namespace tilecast {
 namespace {
 
-// Goes on behind what the ray hits; false where it ends, at the light or at what lets nothing pass.
-bool pass(const Scene& scene, ShadowRay<true>& shadow, const Hit& hit, Glass glass) {
+// Goes on behind what the ray hits, whose surface resolved() gives; false where it ends, at the light or at what lets nothing pass.
+template <class Resolve>
+bool pass(const Scene& scene, ShadowRay<true>& shadow, const Hit& hit, Glass glass, Resolve&& resolved) {
   Ray& ray = shadow.ray;
   Rgb& left = shadow.left;
   const double length = glm::length(ray.direction);
   left *= shadow.media.transmittance(length * (std::min(hit.t, ray.t_max) - ray.t_min));
   if (!hit.found()) return false;
-  Surface surface = resolve(scene, ray, hit);
+  Surface surface = resolved(ray, hit);
   const Material& material = *surface.material;
   if (!passable(material)) {
     left = Rgb(0.0);
@@ -44,7 +45,8 @@ Rgb shadow_transmittance(const Scene& scene, const Ray& ray, const Media& media,
   ShadowRay<true> shadow{ray, media};
   TILECAST_COUNT(shadow);
   do ++tracing.counts.shadow;
-  while (pass(scene, shadow, closest(scene, shadow.ray), glass));
+  while (pass(scene, shadow, closest(scene, shadow.ray), glass,
+              [&](const Ray& at, const Hit& hit) { return resolve(scene, at, hit); }));
   return shadow.left;
 }
 
@@ -58,7 +60,8 @@ Rgb unshadowed(const Scene& scene, const Ray& ray, const Media& media, Glass gla
   return unshadowed(scene, ray, NoMedia{}, glass, light, tracing);
 }
 
-void unshadowed(const Scene& scene, std::span<ShadowRay<true>> shadows, Glass glass, Tracing& tracing) {
+void unshadowed(const Scene& scene, std::span<ShadowRay<true>> shadows, Glass glass, Ways& ways, Tracing& tracing) {
+  auto resolved = [&](const Ray& ray, const Hit& hit) { return ways.resolve(ways.to(hit.primitive), ray, hit); };
   std::vector<uint32_t> going(shadows.size());
   std::iota(going.begin(), going.end(), 0u);
   std::vector<Ray> rays;
@@ -70,11 +73,11 @@ void unshadowed(const Scene& scene, std::span<ShadowRay<true>> shadows, Glass gl
     hits.resize(rays.size());
     closest(scene, rays, hits.data());
     size_t at = 0;
-    std::erase_if(going, [&](uint32_t i) { return !pass(scene, shadows[i], hits[at++], glass); });
+    std::erase_if(going, [&](uint32_t i) { return !pass(scene, shadows[i], hits[at++], glass, resolved); });
   }
 }
 
-void unshadowed(const Scene& scene, std::span<ShadowRay<false>> shadows, Glass, Tracing& tracing) {
+void unshadowed(const Scene& scene, std::span<ShadowRay<false>> shadows, Glass, Ways&, Tracing& tracing) {
   tracing.counts.shadow += shadows.size();
   std::vector<Ray> rays;
   for (const ShadowRay<false>& shadow : shadows) rays.push_back(shadow.ray);

@@ -24,8 +24,8 @@ struct ShadowRay {
 Rgb unshadowed(const Scene& scene, const Ray& ray, const Media& media, Glass glass, size_t light, Tracing& tracing);
 
 // The same of many, of which neighbours should be alike, where Glass::Passes.
-void unshadowed(const Scene& scene, std::span<ShadowRay<true>> shadows, Glass glass, Tracing& tracing);
-void unshadowed(const Scene& scene, std::span<ShadowRay<false>> shadows, Glass glass, Tracing& tracing);
+void unshadowed(const Scene& scene, std::span<ShadowRay<true>> shadows, Glass glass, Ways& ways, Tracing& tracing);
+void unshadowed(const Scene& scene, std::span<ShadowRay<false>> shadows, Glass glass, Ways& ways, Tracing& tracing);
 
 inline Rgb unshadowed(const Scene& scene, const Ray& ray, const NoMedia&, Glass, size_t light, Tracing& tracing) {
   TILECAST_COUNT(shadow);

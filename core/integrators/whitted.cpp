@@ -192,7 +192,7 @@ class Together {
       shade_alike(std::span(order_).subspan(begin, end - begin));
       begin = end;
     }
-    unshadowed(scene_, std::span<ShadowRay<kPassable>>(shadows_), Glass::Passes, tracing_);
+    unshadowed(scene_, std::span<ShadowRay<kPassable>>(shadows_), Glass::Passes, ways_, tracing_);
     for (size_t i = 0; i < lit_.size(); ++i) cameras_[lit_[i].camera].value += lit_[i].weight * shadows_[i].left;
     std::erase_if(live_, [](const Live& live) { return live.top == kNone; });
   }

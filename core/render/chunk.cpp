@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "base/error.h"
+#include "base/sampler_lanes.h"
 #include "render/camera_sample.h"
 #include "scene/packet.h"
 
@@ -41,27 +42,48 @@ class Samples {
   // Whether take() of many at once is faster, with the same values.
   bool together() const { return scene_.integrator == Integrator::Whitted && has_lanes(scene_); }
 
-  // Samples first .. first + count - 1 of each of the pixels; add(pixel's number, sample, weighted value).
+  // Samples first .. first + count - 1 of each of the pixels; add(pixel, sample, weighted value).
   template <class Add>
   void take(std::span<const Pixel> pixels, uint32_t first, uint32_t count, Add&& add) {
     rays_.clear(), weights_.clear(), medias_.clear();
-    for (const Pixel& pixel : pixels)
-      for (uint32_t sample = first; sample < first + count; ++sample) {
-        Sampler sampler(pixel.x, pixel.y, sample, scene_.seed, scene_.sampling);
-        const CameraSample seen = sample_camera(scene_, pixel.x, pixel.y, sampler);
-        rays_.push_back({seen.ray, &media_, sampler});
-        weights_.push_back(seen.weight);
+    rays_.reserve(pixels.size() * count);
+    const size_t all = pixels.size() * count;
+    auto pixel_of = [&](size_t i) { return count == 1 ? pixels[i] : pixels[i / count]; };
+    auto sample_of = [&](size_t i) { return first + (count == 1 ? 0 : static_cast<uint32_t>(i % count)); };
+    size_t i = 0;
+    if (has_camera_lanes(scene_))
+      for (; i + kLanes <= all; i += kLanes) {
+        Uint8Lanes x, y, sample;
+        for (int lane = 0; lane < kLanes; ++lane) {
+          const Pixel pixel = pixel_of(i + lane);
+          x[lane] = pixel.x, y[lane] = pixel.y, sample[lane] = sample_of(i + lane);
+        }
+        SamplerLanes samplers(x, y, sample, scene_.seed, scene_.sampling);
+        Double8 right, down, column, row;
+        samplers.next2(right, down);
+        for (int lane = 0; lane < kLanes; ++lane) column.set(lane, x[lane]), row.set(lane, y[lane]);
+        const Vec3Lanes directions = scene_.camera.pinhole_directions(column + right, row + down);
+        for (int lane = 0; lane < kLanes; ++lane)
+          rays_.push_back({{scene_.camera.position(), directions[lane]}, &media_, samplers.lane(lane)});
       }
+    weights_.assign(i, 1.0);
+    for (; i < all; ++i) {
+      const Pixel pixel = pixel_of(i);
+      Sampler sampler(pixel.x, pixel.y, sample_of(i), scene_.seed, scene_.sampling);
+      const CameraSample seen = sample_camera(scene_, pixel.x, pixel.y, sampler);
+      rays_.push_back({seen.ray, &media_, sampler});
+      weights_.push_back(seen.weight);
+    }
     if (many_origins_) {
       for (const CameraRay& ray : rays_) medias_.push_back(media_at(scene_, ray.ray.origin));
       for (size_t i = 0; i < rays_.size(); ++i) rays_[i].media = &medias_[i];
     }
     trace_whitted(scene_, rays_, tracing_);
-    for (size_t i = 0; i < rays_.size(); ++i) {
-      const uint32_t number = static_cast<uint32_t>(i / count), sample = first + static_cast<uint32_t>(i % count);
+    for (i = 0; i < all; ++i) {
+      const Pixel pixel = pixel_of(i);
       const Rgb value = weights_[i] * rays_[i].value;
-      check(value, pixels[number].x, pixels[number].y, sample);
-      add(number, sample, value);
+      check(value, pixel.x, pixel.y, sample_of(i));
+      add(pixel, sample_of(i), value);
     }
   }
 
@@ -160,8 +182,7 @@ ChunkSums render_chunk(const Scene& scene, const Tile& tile, uint32_t first, uin
     const size_t step = std::max<size_t>(kTogether / std::max(count, 1u), 1);
     for (size_t begin = 0; begin < pixels.size() && count > 0; begin += step) {
       const std::span<const Pixel> some = std::span(pixels).subspan(begin, std::min(step, pixels.size() - begin));
-      samples.take(some, first, count, [&](uint32_t number, uint32_t sample, const Rgb& value) {
-        const Pixel& pixel = some[number];
+      samples.take(some, first, count, [&](const Pixel& pixel, uint32_t sample, const Rgb& value) {
         double* sum = &out.sums[(sample & 1) * plane + (size_t(pixel.y - tile.y) * tile.width + (pixel.x - tile.x)) * 3];
         for (int c = 0; c < 3; ++c) sum[c] += value[c];
       });

@@ -13,12 +13,12 @@ namespace {
 template <bool kAny>
 class Packet {
  public:
-  Packet(const Scene& scene, const Ray* rays, int count) : scene_(scene), open_((1u << count) - 1) {
+  Packet(const Scene& scene, const Ray* rays, int count, Hit* best) : scene_(scene), best_(best), open_((1u << count) - 1) {
     for (int lane = 0; lane < kLanes; ++lane) {
       const Ray& ray = rays[lane < count ? lane : 0];
       for (int i = 0; i < 3; ++i) lines_.origin[i].set(lane, ray.origin[i]), lines_.direction[i].set(lane, ray.direction[i]);
       t_min_.set(lane, ray.t_min), t_max_.set(lane, ray.t_max);
-      best_[lane].t = ray.t_max;
+      if (!kAny && lane < count) best_[lane] = Hit{ray.t_max};
     }
   }
 
@@ -26,7 +26,6 @@ class Packet {
     const DirectionLanes directions(lines_.direction);
     visit(scene_.objects[scene_.root], {lines_, &directions}, 0, open_);
   }
-  const Hit& hit(int lane) const { return best_[lane]; }
   bool found(int lane) const { return !(open_ >> lane & 1); }
 
  private:
@@ -152,19 +151,9 @@ class Packet {
   const Scene& scene_;
   LineLanes lines_;
   Double8 t_min_, t_max_;
-  Hit best_[kLanes];
+  Hit* best_;
   uint32_t open_;  // kAny: those that have hit nothing yet
 };
-
-template <bool kAny, class Result>
-void in_packets(const Scene& scene, std::span<const Ray> rays, Result&& result) {
-  for (size_t first = 0; first < rays.size(); first += kLanes) {
-    const int count = static_cast<int>(std::min<size_t>(kLanes, rays.size() - first));
-    Packet<kAny> packet(scene, &rays[first], count);
-    packet.run();
-    for (int lane = 0; lane < count; ++lane) result(first + lane, packet, lane);
-  }
-}
 
 }  // namespace
 
@@ -173,11 +162,19 @@ bool has_lanes(const Scene& scene) {
 }
 
 void closest(const Scene& scene, std::span<const Ray> rays, Hit* hits) {
-  in_packets<false>(scene, rays, [&](size_t i, const Packet<false>& packet, int lane) { hits[i] = packet.hit(lane); });
+  for (size_t first = 0; first < rays.size(); first += kLanes) {
+    const int count = static_cast<int>(std::min<size_t>(kLanes, rays.size() - first));
+    Packet<false>(scene, &rays[first], count, hits + first).run();
+  }
 }
 
 void occluded(const Scene& scene, std::span<const Ray> rays, bool* found) {
-  in_packets<true>(scene, rays, [&](size_t i, const Packet<true>& packet, int lane) { found[i] = packet.found(lane); });
+  for (size_t first = 0; first < rays.size(); first += kLanes) {
+    const int count = static_cast<int>(std::min<size_t>(kLanes, rays.size() - first));
+    Packet<true> packet(scene, &rays[first], count, nullptr);
+    packet.run();
+    for (int lane = 0; lane < count; ++lane) found[first + lane] = packet.found(lane);
+  }
 }
 
 }  // namespace tilecast
