@@ -6,8 +6,6 @@
 // the error estimate stands on.
 #pragma once
 
-#include <cstddef>
-
 #include "base/vec.h"
 
 namespace tilecast {
@@ -48,7 +46,10 @@ class Sampler {
   }
 
  private:
-  Sampler(uint32_t index, uint32_t key, uint32_t dimension, std::nullptr_t) : index_(index), key_(key), dimension_(dimension) {}
+  struct State {
+    uint32_t index, key, dimension;
+  };
+  explicit Sampler(const State& s) : index_(s.index), key_(s.key), dimension_(s.dimension) {}
   static uint32_t reverse(uint32_t x) {
     x = __builtin_bswap32(x);
     x = ((x >> 4) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4);

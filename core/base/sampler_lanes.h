@@ -24,7 +24,7 @@ class SamplerLanes {
     v = to_unit(reverse(permute(second_dimension(i), mix(key + 2))));
   }
   // As it stands, for what follows.
-  Sampler lane(int i) const { return {index_[i], key_[i], dimension_, nullptr}; }
+  Sampler lane(int i) const { return Sampler(Sampler::State{index_[i], key_[i], dimension_}); }
 
  private:
   static Uint8Lanes mix(Uint8Lanes x) {

@@ -113,6 +113,7 @@ class Packet {
   }
 
   void visit_group(const Object& object, const RayLanes& rays, uint64_t base, uint32_t lanes) {
+    TILECAST_COUNT(group);
     const Assembly& group = scene_.groups[object.index];
     const size_t count = group.instances.size();
     if (group.all_at_once) {
@@ -120,7 +121,6 @@ class Packet {
       return;
     }
     if (count > kLanes && !group.wide) return one_by_one(object, rays, base, lanes);
-    TILECAST_COUNT(group);
     FloatLines lines;
     lanes &= lines.enter(group.frame, rays);
     if (lanes == 0) return;
