@@ -11,7 +11,7 @@ struct Leaf {
   double error;
 };
 
-Leaf at_leaf(const Scene& scene, const Object& object, const Ray& ray, const Hit& hit, uint64_t face) {
+[[gnu::always_inline]] inline Leaf at_leaf(const Scene& scene, const Object& object, const Ray& ray, const Hit& hit, uint64_t face) {
   Vec3 p = ray.at(hit.t);
   switch (kind_of(object)) {
     case Kind::Mesh: {
@@ -87,7 +87,7 @@ struct Placed {
   double stretch = std::sqrt(3.0);  // of the identity, in the same norm
   double offsets = 0.0;  // magnitudes that the transforms added and took away
 
-  void enter(const Instance& instance) {
+  [[gnu::always_inline]] void enter(const Instance& instance) {
     offsets += stretch * max_abs(instance.to_parent.offset);
     if (turned && !instance.turned) {
       product = {to_world->linear, to_world->point(instance.to_parent.offset)};
@@ -114,7 +114,7 @@ struct Placed {
 
 // P: a Placed or a Way.
 template <class P>
-inline Surface surface_of(const Scene& scene, const Object& object, const P& placed, const Material& material,
+[[gnu::always_inline]] inline Surface surface_of(const Scene& scene, const Object& object, const P& placed, const Material& material,
                           const Ray& ray, const Ray& local, const Hit& hit, uint64_t face) {
   Leaf leaf = at_leaf(scene, object, local, hit, face);
   Surface surface;
