@@ -24,6 +24,8 @@ enum class Sampling : uint8_t { Sobol, Independent };
 inline constexpr const char* kSamplingNames[]{"sobol", "independent"};
 
 class Sampler {
+  friend class SamplerLanes;
+
  public:
   Sampler(uint32_t x, uint32_t y, uint32_t sample, uint32_t seed, Sampling sampling = Sampling::Sobol)
       : index_(sampling == Sampling::Sobol ? reverse(sample >> 1) : 0),
@@ -44,6 +46,10 @@ class Sampler {
   }
 
  private:
+  struct State {
+    uint32_t index, key, dimension;
+  };
+  explicit Sampler(const State& s) : index_(s.index), key_(s.key), dimension_(s.dimension) {}
   static uint32_t reverse(uint32_t x) {
     x = __builtin_bswap32(x);
     x = ((x >> 4) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4);

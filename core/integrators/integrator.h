@@ -1,6 +1,8 @@
 // Radiance along one camera ray. A sample depends on the scene, the pixel and the sample index, and on nothing else.
 #pragma once
 
+#include <span>
+
 #include "base/sampler.h"
 #include "shading/medium.h"
 
@@ -24,6 +26,15 @@ Rgb trace_path(const Scene& scene, const Ray& ray, const Media& media, Sampler& 
 // rays followed recursively, no diffuse interreflection. Shadow rays pass through dielectrics unbent, weakened at
 // their surfaces and inside.
 Rgb trace_whitted(const Scene& scene, const Ray& ray, const Media& media, Sampler& sampler, Tracing& tracing);
+
+// The same for many rays, of which neighbours should be alike; it pays where the scene has lanes (scene/packet.h).
+struct CameraRay {
+  Ray ray;
+  const Media* media;  // around its origin
+  Sampler sampler;
+  Rgb value{0.0};      // what is found
+};
+void trace_whitted(const Scene& scene, std::span<CameraRay> rays, Tracing& tracing);
 
 // Which share of the hemisphere above the first hit, weighted by the cosine, is free of anything within
 // Scene::ao_distance; 1 where nothing is hit.

@@ -4,6 +4,7 @@
 #include "base/elementary.h"
 #include "base/error.h"
 #include "base/ray.h"
+#include "base/vec_lanes.h"
 
 namespace tilecast {
 
@@ -41,6 +42,13 @@ class Camera {
       }
       default: return {position_, around(right / width_, 0.5 * down / height_)};
     }
+  }
+
+  // The directions of eight rays at once, of a pinhole: to the same bits. All start at position().
+  bool is_pinhole() const { return kind_ == Kind::Perspective; }
+  Vec3Lanes pinhole_directions(const Double8& x, const Double8& y) const {
+    const Double8 right = x - 0.5 * width_, down = y - 0.5 * height_;
+    return normalize(Vec3Lanes(forward_) + Vec3Lanes(right_) * right + Vec3Lanes(down_) * down);
   }
 
   int width() const { return width_; }
