@@ -43,6 +43,12 @@ class Sampler {
             to_unit(reverse(permute(second_dimension(i), hash_mix(key + 2))))};
   }
 
+  // What sets this sample's numbers apart from those of others, and how many calls have been answered: for those who take
+  // the numbers of several samples at once (base/sampler_lanes.h).
+  uint32_t index() const { return index_; }
+  uint32_t key() const { return key_; }
+  uint32_t dimension() const { return dimension_; }
+
  private:
   static uint32_t reverse(uint32_t x) {
     x = __builtin_bswap32(x);

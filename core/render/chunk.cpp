@@ -3,7 +3,9 @@
 #include <optional>
 
 #include "base/error.h"
+#include "integrators/plain_paths.h"
 #include "render/camera_sample.h"
+#include "render/lamps_in_view.h"
 
 namespace tilecast {
 
@@ -18,26 +20,44 @@ namespace {
 // The samples of pixels, one at a time.
 class Samples {
  public:
-  explicit Samples(const Scene& scene) : scene_(scene), media_(media_at(scene, scene.camera.position())) {}
+  explicit Samples(const Scene& scene) : scene_(scene), media_(media_at(scene, scene.camera.position())), lamps_(scene) {}
 
-  const RayCounts& rays() const { return tracing_.counts; }
+  RayCounts& rays() { return tracing_.counts; }
+
+  // Whether the pixel's samples look for lamps apart.
+  bool looks_for_lamps(int x, int y) const { return media_.empty() && lamps_.at(x, y); }
+
+  // Radiance, weighed by the filter.
+  Rgb take(uint32_t x, uint32_t y, uint32_t sample, bool lamps) {
+    double weight;
+    const Rgb value = take(x, y, sample, weight, lamps ? Seen::Apart : Seen::ByPath);
+    return lamps ? weight * value + look(x, y, sample) : weight * value;
+  }
 
   // Radiance, and what the filter weighs it by.
-  Rgb take(uint32_t x, uint32_t y, uint32_t sample, double& weight) {
+  Rgb take(uint32_t x, uint32_t y, uint32_t sample, double& weight, Seen seen = Seen::ByPath) {
     Sampler sampler(x, y, sample, scene_.seed, scene_.sampling);
-    const CameraSample seen = sample_camera(scene_, x, y, sampler);
-    if (many_origins_) media_ = media_at(scene_, seen.ray.origin);
-    const Rgb value = radiance(scene_, seen.ray, media_, sampler, tracing_);
-    weight = seen.weight;
-    if (!is_finite(weight * value))
+    const CameraSample at = sample_camera(scene_, x, y, sampler);
+    if (many_origins_) media_ = media_at(scene_, at.ray.origin);
+    const Rgb value = radiance(scene_, at.ray, media_, sampler, tracing_, seen);
+    weight = at.weight;
+    check(weight * value, x, y, sample);
+    return value;
+  }
+
+  // The part of a sample that looks for lamps apart from its path.
+  Rgb look(uint32_t x, uint32_t y, uint32_t sample) { return LampsInView::look(scene_, x, y, sample, tracing_); }
+
+  void check(const Rgb& value, uint32_t x, uint32_t y, uint32_t sample) const {
+    if (!is_finite(value))
       throw SampleError("a sample is not finite: pixel (" + std::to_string(x) + ", " + std::to_string(y) + "), sample " +
                         std::to_string(sample) + ", seed " + std::to_string(scene_.seed));
-    return value;
   }
 
  private:
   const Scene& scene_;
   Media media_;
+  LampsInView lamps_;
   const bool many_origins_ = built_with("dielectric") && scene_.camera.has_extent() && scene_.dielectrics;
   Tracing tracing_;
 };
@@ -91,37 +111,92 @@ class Looks {
   std::vector<Look> looks_;
 };
 
-}  // namespace
+// The samples of a chunk of a plain scene, many at a time. They are added up in the same order as one by one.
+class PlainSamples {
+ public:
+  PlainSamples(const Scene& scene, const PlainScene& plain, Samples& samples, std::vector<double>& sums)
+      : scene_(scene), samples_(samples), sums_(sums), paths_(std::make_unique<PlainPaths>(scene, plain)) {}
 
-ChunkSums render_chunk(const Scene& scene, const Tile& tile, uint32_t first, uint32_t count) {
+  // `place`: of the pixel's first channel in the sums of even samples; those of odd ones are `half` further on.
+  void add(uint32_t x, uint32_t y, uint32_t sample, bool lamps, size_t place, size_t half) {
+    Sampler sampler(x, y, sample, scene_.seed, scene_.sampling);
+    const CameraSample at = sample_camera(scene_, x, y, sampler);
+    added_[paths_->count()] = {x, y, sample, lamps, place + (sample & 1) * half, at.weight};
+    paths_->add(at.ray, sampler, lamps ? Seen::Apart : Seen::ByPath);
+    if (paths_->full()) finish();
+  }
+  void finish() {
+    const uint32_t count = paths_->count();
+    paths_->trace(samples_.rays());
+    for (uint32_t i = 0; i < count; ++i) {
+      const Added& a = added_[i];
+      Rgb value = a.weight * paths_->radiance(i);
+      samples_.check(value, a.x, a.y, a.sample);
+      if (a.lamps) value += samples_.look(a.x, a.y, a.sample);
+      for (int c = 0; c < 3; ++c) sums_[a.place + c] += value[c];
+    }
+  }
+
+ private:
+  struct Added {
+    uint32_t x, y, sample;
+    bool lamps;
+    size_t place;
+    double weight;
+  };
+  const Scene& scene_;
+  Samples& samples_;
+  std::vector<double>& sums_;
+  std::unique_ptr<PlainPaths> paths_;
+  Added added_[PlainPaths::kSize];
+};
+
+ChunkSums render_samples(const Scene& scene, const Tile& tile, uint32_t first, uint32_t count, const PlainScene* plain) {
   check(tile, scene.camera);
   if (count > UINT32_MAX - first) throw Error("sample indices go up to 2^32 - 1");
   ChunkSums out;
   const size_t plane = size_t(tile.width) * tile.height * 3;
   out.sums.resize(2 * plane);
   Samples samples(scene);
+  std::optional<PlainSamples> many;
+  if (plain) many.emplace(scene, *plain, samples, out.sums);
   std::optional<Looks> looks;
   if (scene.contrast > 0.0 && first >= kLook && count >= kWorth) looks.emplace(scene, tile, samples);
   const uint32_t odd = (first + count) / 2 - first / 2, of_half[2] = {count - odd, odd};
   for (int row = 0; row < tile.height; ++row)
     for (int column = 0; column < tile.width; ++column) {
       const int x = tile.x + column, y = tile.y + row;
+      if (many) {
+        const bool lamps = samples.looks_for_lamps(x, y);
+        for (uint32_t sample = first; sample < first + count; ++sample)
+          many->add(x, y, sample, lamps, (size_t(row) * tile.width + column) * 3, plane);
+        continue;
+      }
       Rgb halves[2] = {Rgb(0.0), Rgb(0.0)};
       if (looks && looks->alike(x, y)) {
         for (int half = 0; half < 2; ++half) halves[half] = double(of_half[half]) * looks->at(x, y).first[half];
       } else {
-        for (uint32_t sample = first; sample < first + count; ++sample) {
-          double weight;
-          const Rgb value = samples.take(x, y, sample, weight);
-          halves[sample & 1] += weight * value;
-        }
+        const bool lamps = samples.looks_for_lamps(x, y);
+        for (uint32_t sample = first; sample < first + count; ++sample) halves[sample & 1] += samples.take(x, y, sample, lamps);
       }
       for (int half = 0; half < 2; ++half)
         for (int c = 0; c < 3; ++c)
           out.sums[half * plane + (size_t(row) * tile.width + column) * 3 + c] = halves[half][c];
     }
+  if (many) many->finish();
   out.rays = samples.rays();
   return out;
+}
+
+}  // namespace
+
+ChunkSums render_chunk(const Scene& scene, const Tile& tile, uint32_t first, uint32_t count) {
+  const std::optional<PlainScene> plain = PlainScene::of(scene);
+  return render_samples(scene, tile, first, count, plain ? &*plain : nullptr);
+}
+
+ChunkSums render_chunk_one_by_one(const Scene& scene, const Tile& tile, uint32_t first, uint32_t count) {
+  return render_samples(scene, tile, first, count, nullptr);
 }
 
 TraversalCost camera_cost(const Scene& scene, const Tile& tile) {

@@ -43,6 +43,10 @@ class Camera {
     }
   }
 
+  // The image point of a place that a camera of one view point, or of parallel rays, sees: the inverse of ray(). False where
+  // the place is not in front, and for other cameras.
+  bool image_point(const Vec3& place, Vec2& out) const;
+
   int width() const { return width_; }
   int height() const { return height_; }
   const Vec3& position() const { return position_; }
