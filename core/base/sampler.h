@@ -26,9 +26,14 @@ inline constexpr const char* kSamplingNames[]{"sobol", "independent"};
 class Sampler {
  public:
   Sampler(uint32_t x, uint32_t y, uint32_t sample, uint32_t seed, Sampling sampling = Sampling::Sobol)
+      : Sampler(key_of_pixel(x, y, seed), sample, sampling) {}
+  // The same, from what the samples of a pixel have in common.
+  Sampler(uint32_t pixel_key, uint32_t sample, Sampling sampling)
       : index_(sampling == Sampling::Sobol ? reverse(sample >> 1) : 0),
-        key_(hash_combine(hash_combine(hash_combine(hash_mix(seed), x), y),
-                          sampling == Sampling::Sobol ? sample & 1 : sample)) {}
+        key_(hash_combine(pixel_key, sampling == Sampling::Sobol ? sample & 1 : sample)) {}
+  static uint32_t key_of_pixel(uint32_t x, uint32_t y, uint32_t seed) {
+    return hash_combine(hash_combine(hash_mix(seed), x), y);
+  }
 
   // Uniform in [0, 1).
   double next1() {

@@ -11,6 +11,9 @@ class SamplerLanes {
   // Of each: Sampler::index() and key().
   SamplerLanes(Uint4 index, Uint4 key) : index_(index), key_(key) {}
 
+  Uint4 index() const { return index_; }
+  Uint4 key() const { return key_; }
+
   // What Sampler would give next after so many calls.
   Double4 next1(uint32_t dimension) const {
     const Uint4 key = key_of(dimension);

@@ -23,11 +23,29 @@ struct BoxInterval {
   Mask4 met;
   Mask4 enter_face, exit_face;
 };
+struct BoxLine {  // in the box's space
+  Double4 o[3], d[3];
+
+  BoxLine(const Shape& box, const Vec3x4& from, const Vec3x4& direction) {
+    for (int i = 0; i < 3; ++i) o[i] = local(box, i, from), d[i] = local(box, i, direction);
+  }
+
+  // Whether 0 < t <= 1 lies on the outer side of one face, which costs no division: (hi - o) / d > 1 just where the
+  // numerator is the larger one.
+  Mask4 beside(const Shape& box) const {
+    Mask4 out{};
+    for (int i = 0; i < 3; ++i) {
+      const Double4 below = box.lo[i] - o[i], above = box.hi[i] - o[i];
+      out |= ((below > 0.0) & (below > d[i])) | ((above < 0.0) & (above < d[i]));
+    }
+    return out;
+  }
+};
 template <bool kFaces>
-BoxInterval inside(const Shape& box, const Vec3x4& from, const Vec3x4& direction) {
+BoxInterval inside(const Shape& box, const BoxLine& line) {
   BoxInterval out{all(-kInfinity), all(kInfinity), all(true), {}, {}};
   for (int i = 0; i < 3; ++i) {
-    const Double4 o = local(box, i, from), d = local(box, i, direction);
+    const Double4 o = line.o[i], d = line.d[i];
     const Double4 low = (box.lo[i] - o) / d, high = (box.hi[i] - o) / d;
     const Mask4 up = d > 0.0, flat = d == 0.0;
     Double4 enter = up ? low : high, exit = up ? high : low;
@@ -101,14 +119,23 @@ PlainPaths::PlainPaths(const Scene& scene, const PlainScene& plain)
 }
 
 void PlainPaths::add(const Ray& ray, const Sampler& sampler, Seen seen) {
-  const uint32_t i = count_++;
   for (int c = 0; c < 3; ++c) {
-    origin_[c].at[i] = ray.origin[c];
-    direction_[c].at[i] = ray.direction[c];
-    throughput_[c].at[i] = 1.0;
-    sum_[c].at[i] = 0.0;
+    origin_[c].at[count_] = ray.origin[c];
+    direction_[c].at[count_] = ray.direction[c];
   }
-  bsdf_pdf_.at[i] = 0.0;
+  by_pixels_ = false;
+  start(sampler, seen);
+}
+
+void PlainPaths::add(uint32_t x, uint32_t y, const Sampler& sampler, Seen seen) {
+  origin_[0].at[count_] = x;
+  origin_[1].at[count_] = y;
+  by_pixels_ = true;
+  start(sampler, seen);
+}
+
+void PlainPaths::start(const Sampler& sampler, Seen seen) {
+  const uint32_t i = count_++;
   key_.at[i] = sampler.key();
   index_.at[i] = sampler.index();
   path_.at[i] = i;
@@ -116,8 +143,39 @@ void PlainPaths::add(const Ray& ray, const Sampler& sampler, Seen seen) {
   dimension_ = sampler.dimension();
 }
 
+// From pixels to rays: sample_camera() of render/camera_sample.h.
+void PlainPaths::aim() {
+  const Camera::Pinhole camera = scene_.camera.pinhole();
+  for (uint32_t first = 0; first < count_; first += kDoubles) {
+    Double4 u, v;
+    sampler_of(first).next2(dimension_, u, v);
+    const Double4 right = load4(origin_[0].at + first) + u - 0.5 * scene_.camera.width();
+    const Double4 down = load4(origin_[1].at + first) + v - 0.5 * scene_.camera.height();
+    const Vec3x4 direction = normalize(all(camera.forward) + all(camera.right) * right + all(camera.down) * down);
+    const Double4 coordinates[]{direction.x, direction.y, direction.z};
+    for (int c = 0; c < 3; ++c) {
+      store4(origin_[c].at + first, all(camera.position[c]));
+      store4(direction_[c].at + first, coordinates[c]);
+    }
+  }
+  ++dimension_;
+}
+
+SamplerLanes PlainPaths::sampler_of(uint32_t first) const {
+  Uint4 key, index;
+  std::memcpy(&key, key_.at + first, sizeof(key));
+  std::memcpy(&index, index_.at + first, sizeof(index));
+  return {index, key};
+}
+
 void PlainPaths::trace(RayCounts& counts) {
   counts.camera += count_;
+  if (by_pixels_) aim();
+  for (int c = 0; c < 3; ++c) {
+    std::fill_n(throughput_[c].at, count_, 1.0);
+    std::fill_n(sum_[c].at, count_, 0.0);
+  }
+  std::fill_n(bsdf_pdf_.at, count_, 0.0);
   const uint32_t taken = plain_.lamp ? 1 : 0;  // dimensions of a segment
   for (depth_ = 1; count_ > 0; ++depth_) {
     uint32_t to = 0;
@@ -133,7 +191,7 @@ PlainPaths::Hits PlainPaths::closest(const Vec3x4& origin, const Vec3x4& directi
   for (const Shape& shape : plain_.shapes) {
     const Vec3x4 from{origin.x - shape.origin[0], origin.y - shape.origin[1], origin.z - shape.origin[2]};
     if (shape.box) {
-      const BoxInterval interval = inside<true>(shape, from, direction);
+      const BoxInterval interval = inside<true>(shape, BoxLine(shape, from, direction));
       const Mask4 outside = interval.enter > 0.0;
       const Double4 t = outside ? interval.enter : interval.exit;
       const Mask4 nearer = interval.met & (t > 0.0) & (t < best.t);
@@ -161,12 +219,17 @@ Mask4 PlainPaths::occluded(const Vec3x4& origin, const Vec3x4& direction, Mask4 
   for (const Shape& shape : plain_.shapes) {
     const Vec3x4 from{origin.x - shape.origin[0], origin.y - shape.origin[1], origin.z - shape.origin[2]};
     if (shape.box) {
-      const BoxInterval interval = inside<false>(shape, from, direction);
+      const BoxLine line(shape, from, direction);
+      if (!bits(asked & ~stopped & ~line.beside(shape))) continue;
+      const BoxInterval interval = inside<false>(shape, line);
       stopped |= interval.met & (((interval.enter > 0.0) & (interval.enter <= 1.0)) | ((interval.exit > 0.0) & (interval.exit <= 1.0)));
     } else {
-      const Double4 t = -local(shape, 1, from) / local(shape, 1, direction);
-      const Mask4 within = (t > 0.0) & (t <= 1.0) & asked & ~stopped;
+      // Most are not crossed: then signs or sizes tell before anything is divided, as t <= 1 means |above| <= |down|.
+      const Double4 above = local(shape, 1, from), down = local(shape, 1, direction);
+      Mask4 within = ((Mask4)above ^ (Mask4)down) & ((abs(above) <= abs(down)) & asked & ~stopped);
       if (!bits(within)) continue;
+      const Double4 t = -above / down;
+      within = (t > 0.0) & (t <= 1.0) & asked & ~stopped;
       const Double4 x = fma(t, local(shape, 0, direction), local(shape, 0, from));
       const Double4 z = fma(t, local(shape, 2, direction), local(shape, 2, from));
       stopped |= within & (shape.lo[0] <= x) & (x < shape.hi[0]) & (shape.lo[2] <= z) & (z < shape.hi[2]);
@@ -267,10 +330,7 @@ uint32_t PlainPaths::segment(uint32_t first, uint32_t to, uint32_t live, RayCoun
 
   // --- What the lamp sends to it
   const BasisLanes basis(up);
-  Uint4 key, index;
-  std::memcpy(&key, key_.at + first, sizeof(key));
-  std::memcpy(&index, index_.at + first, sizeof(index));
-  const SamplerLanes sampler(index, key);
+  const SamplerLanes sampler = sampler_of(first);
   uint32_t dimension = dimension_;
   Double4 u, v;
   if (plain_.lamp) {
@@ -301,7 +361,7 @@ uint32_t PlainPaths::segment(uint32_t first, uint32_t to, uint32_t live, RayCoun
   const Double4 strength = max_component(throughput);
   Mask4 on = (wi.z > 0.0) & (strength > 0.0);
   if (depth_ >= kRouletteDepth && scene_.roulette) {
-    const Double4 survival = min(all(1.0), strength);
+    const Double4 survival = min(all(1.0), kRouletteScale * strength);
     on &= sampler.next1(dimension++) < survival;
     throughput = throughput / survival;
   }
@@ -322,8 +382,8 @@ uint32_t PlainPaths::segment(uint32_t first, uint32_t to, uint32_t live, RayCoun
   keep(bsdf_pdf_.at + to, wi.z * kInvPi, alive);
   Uint4 path;
   std::memcpy(&path, path_.at + first, sizeof(path));
-  keep(key_.at + to, key, alive);
-  keep(index_.at + to, index, alive);
+  keep(key_.at + to, sampler.key(), alive);
+  keep(index_.at + to, sampler.index(), alive);
   keep(path_.at + to, path, alive);
   return to + std::popcount(alive);
 }

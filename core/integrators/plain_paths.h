@@ -22,6 +22,9 @@ class PlainPaths {
   // A path along a camera ray, for which numbers have been taken from the sampler. One sampler gives them for all paths
   // up to the same dimension.
   void add(const Ray& ray, const Sampler& sampler, Seen seen);
+  // The same through a pixel, by a sampler that nothing has been taken from. For pinholes with the box as filter, and then
+  // for all paths.
+  void add(uint32_t x, uint32_t y, const Sampler& sampler, Seen seen);
   // Traces all; then they are forgotten, but for what they bring.
   void trace(RayCounts& counts);
   // Of the path that was added as number i.
@@ -32,6 +35,9 @@ class PlainPaths {
   uint32_t segment(uint32_t first, uint32_t to, uint32_t live, RayCounts& counts);
   Hits closest(const Vec3x4& origin, const Vec3x4& direction) const;
   Mask4 occluded(const Vec3x4& origin, const Vec3x4& direction, Mask4 asked) const;
+  void start(const Sampler& sampler, Seen seen);
+  void aim();
+  SamplerLanes sampler_of(uint32_t first) const;
   void end(uint32_t first, uint32_t ended, const Vec3x4& sum);
 
   const Scene& scene_;
@@ -39,6 +45,7 @@ class PlainPaths {
   const int max_depth_;
   uint32_t count_ = 0, dimension_ = 0;
   int depth_ = 1;
+  bool by_pixels_ = false;  // the places of the origins hold those of pixels
   // Of the paths that have not ended; each array has room for four more, which are written and not read.
   struct alignas(32) Lane {
     double at[kSize + kDoubles];

@@ -118,11 +118,17 @@ class PlainSamples {
       : scene_(scene), samples_(samples), sums_(sums), paths_(std::make_unique<PlainPaths>(scene, plain)) {}
 
   // `place`: of the pixel's first channel in the sums of even samples; those of odd ones are `half` further on.
-  void add(uint32_t x, uint32_t y, uint32_t sample, bool lamps, size_t place, size_t half) {
-    Sampler sampler(x, y, sample, scene_.seed, scene_.sampling);
-    const CameraSample at = sample_camera(scene_, x, y, sampler);
-    added_[paths_->count()] = {x, y, sample, lamps, place + (sample & 1) * half, at.weight};
-    paths_->add(at.ray, sampler, lamps ? Seen::Apart : Seen::ByPath);
+  void add(uint32_t x, uint32_t y, uint32_t pixel_key, uint32_t sample, bool lamps, size_t place, size_t half) {
+    Sampler sampler(pixel_key, sample, scene_.sampling);
+    const Seen seen = lamps ? Seen::Apart : Seen::ByPath;
+    Added& added = added_[paths_->count()] = {x, y, sample, lamps, place + (sample & 1) * half, 1.0};
+    if (by_pixels_) {
+      paths_->add(x, y, sampler, seen);
+    } else {
+      const CameraSample at = sample_camera(scene_, x, y, sampler);
+      added.weight = at.weight;
+      paths_->add(at.ray, sampler, seen);
+    }
     if (paths_->full()) finish();
   }
   void finish() {
@@ -147,6 +153,7 @@ class PlainSamples {
   const Scene& scene_;
   Samples& samples_;
   std::vector<double>& sums_;
+  const bool by_pixels_ = scene_.camera.is_pinhole() && scene_.filter.kind() == PixelFilter::Kind::Box;
   std::unique_ptr<PlainPaths> paths_;
   Added added_[PlainPaths::kSize];
 };
@@ -167,9 +174,10 @@ ChunkSums render_samples(const Scene& scene, const Tile& tile, uint32_t first, u
     for (int column = 0; column < tile.width; ++column) {
       const int x = tile.x + column, y = tile.y + row;
       if (many) {
+        const uint32_t key = Sampler::key_of_pixel(x, y, scene.seed);
         const bool lamps = samples.looks_for_lamps(x, y);
         for (uint32_t sample = first; sample < first + count; ++sample)
-          many->add(x, y, sample, lamps, (size_t(row) * tile.width + column) * 3, plane);
+          many->add(x, y, key, sample, lamps, (size_t(row) * tile.width + column) * 3, plane);
         continue;
       }
       Rgb halves[2] = {Rgb(0.0), Rgb(0.0)};

@@ -47,6 +47,13 @@ class Camera {
   // the place is not in front, and for other cameras.
   bool image_point(const Vec3& place, Vec2& out) const;
 
+  // Of a pinhole: ray(x, y) goes along forward + (x - width / 2) right + (y - height / 2) down.
+  struct Pinhole {
+    Vec3 position, forward, right, down;
+  };
+  bool is_pinhole() const { return kind_ == Kind::Perspective; }
+  Pinhole pinhole() const { return {position_, forward_, right_, down_}; }
+
   int width() const { return width_; }
   int height() const { return height_; }
   const Vec3& position() const { return position_; }
