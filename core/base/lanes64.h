@@ -1,16 +1,14 @@
-// Eight doubles at once, in two of the compiler's vectors: beside base/lanes.h, with whose lanes they go.
+// Eight doubles at once, in two vectors of base/double_lanes.h: beside base/lanes.h, with whose lanes they go.
 #pragma once
 
+#include "base/double_lanes.h"
 #include "base/lanes.h"
 
 namespace tilecast {
 
-using Double4 = double __attribute__((vector_size(32)));
-using Long4 = int64_t __attribute__((vector_size(32)));
-
 // A lane: all bits or none.
 struct Mask8d {
-  Long4 half[2];
+  Mask4 half[2];
 
   friend Mask8d operator&(const Mask8d& a, const Mask8d& b) { return {{a.half[0] & b.half[0], a.half[1] & b.half[1]}}; }
   friend Mask8d operator|(const Mask8d& a, const Mask8d& b) { return {{a.half[0] | b.half[0], a.half[1] | b.half[1]}}; }
@@ -47,7 +45,7 @@ inline Double8 max(const Double8& a, const Double8& b) { return choose(a > b, a,
 inline Double8 with_sign_bits(const Double8& x, int64_t keep, const Double8& sign, int64_t of) {
   Double8 out;
   for (int i = 0; i < 2; ++i)
-    out.half[i] = (Double4)(((Long4)x.half[i] & keep) | ((Long4)sign.half[i] & of));
+    out.half[i] = (Double4)(((Mask4)x.half[i] & keep) | ((Mask4)sign.half[i] & of));
   return out;
 }
 inline constexpr int64_t kSignBit = INT64_MIN;
@@ -59,44 +57,24 @@ inline Double8 power_below(const Double8& x) { return with_sign_bits(x, int64_t(
 inline Double8 power_below_reciprocal(const Double8& x) {
   Double8 out;
   for (int i = 0; i < 2; ++i)
-    out.half[i] = (Double4)((int64_t(0x7fe) << 52) - ((Long4)x.half[i] & (int64_t(0x7ff) << 52)));
+    out.half[i] = (Double4)((int64_t(0x7fe) << 52) - ((Mask4)x.half[i] & (int64_t(0x7ff) << 52)));
   return out;
 }
 
-#ifdef __AVX2__
-inline Double8 sqrt(const Double8& x) {
-  return {(Double4)_mm256_sqrt_pd((__m256d)x.half[0]), (Double4)_mm256_sqrt_pd((__m256d)x.half[1])};
-}
+inline Double8 sqrt(const Double8& x) { return {sqrt(x.half[0]), sqrt(x.half[1])}; }
 inline Double8 fma(const Double8& a, const Double8& b, const Double8& c) {
-  return {(Double4)_mm256_fmadd_pd((__m256d)a.half[0], (__m256d)b.half[0], (__m256d)c.half[0]),
-          (Double4)_mm256_fmadd_pd((__m256d)a.half[1], (__m256d)b.half[1], (__m256d)c.half[1])};
+  return {fma(a.half[0], b.half[0], c.half[0]), fma(a.half[1], b.half[1], c.half[1])};
 }
-inline uint32_t bits(const Mask8d& m) {
-  return static_cast<uint32_t>(_mm256_movemask_pd((__m256d)m.half[0]) | _mm256_movemask_pd((__m256d)m.half[1]) << 4);
-}
+inline uint32_t bits(const Mask8d& m) { return bits(m.half[0]) | bits(m.half[1]) << kDoubles; }
 inline Float8 to_float(const Double8& x) {
+#ifdef __AVX2__
   return (Float8)_mm256_set_m128(_mm256_cvtpd_ps((__m256d)x.half[1]), _mm256_cvtpd_ps((__m256d)x.half[0]));
-}
 #else
-inline Double8 sqrt(Double8 x) {
-  for (int i = 0; i < kLanes; ++i) x.set(i, std::sqrt(x[i]));
-  return x;
-}
-inline Double8 fma(const Double8& a, const Double8& b, Double8 c) {
-  for (int i = 0; i < kLanes; ++i) c.set(i, std::fma(a[i], b[i], c[i]));
-  return c;
-}
-inline uint32_t bits(const Mask8d& m) {
-  uint32_t out = 0;
-  for (int i = 0; i < kLanes; ++i) out |= static_cast<uint32_t>(m.half[i >> 2][i & 3] & 1) << i;
-  return out;
-}
-inline Float8 to_float(const Double8& x) {
   Float8 out;
   for (int i = 0; i < kLanes; ++i) out[i] = static_cast<float>(x[i]);
   return out;
-}
 #endif
+}
 
 // The lanes whose bits are set.
 inline Mask8 lanes_of(uint32_t bits) {

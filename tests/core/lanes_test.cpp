@@ -30,15 +30,15 @@ TEST(Lanes, SamplersDrawTheSameNumbers) {
     for (int lane = 0; lane < kLanes; ++lane) x[lane] = random(), y[lane] = random() % 5000, sample[lane] = random() % 64;
     const uint32_t seed = random();
     const Sampling sampling = i % 2 ? Sampling::Sobol : Sampling::Independent;
-    SamplerLanes lanes(x, y, sample, seed, sampling);
+    const SamplerLanes<Uint8Lanes> lanes(x, y, sample, seed, sampling);
     Double8 u, v;
-    lanes.next2(u, v);
+    lanes.next2(0, u, v);
     for (int lane = 0; lane < kLanes; ++lane) {
       Sampler alone(x[lane], y[lane], sample[lane], seed, sampling);
       const Vec2 expected = alone.next2();
       EXPECT_SAME(u[lane], expected.x);
       EXPECT_SAME(v[lane], expected.y);
-      Sampler after = lanes.lane(lane);
+      Sampler after = lanes.lane(lane, 1);
       EXPECT_SAME(after.next1(), alone.next1());
     }
   }
