@@ -101,7 +101,8 @@ inline void sincos_2pi(Double4 u, Double4& sine, Double4& cosine) {
 
 // Four rows of four, [lane][column], turned: column by column.
 inline void turn(const double* const rows[kDoubles], int column, Double4 out[kDoubles]) {
-  const Double4 a = load4(rows[0] + column), b = load4(rows[1] + column), c = load4(rows[2] + column), d = load4(rows[3] + column);
+  const Double4 a = load4(rows[0] + column), b = load4(rows[1] + column);
+  const Double4 c = load4(rows[2] + column), d = load4(rows[3] + column);
   const Double4 ab0 = __builtin_shufflevector(a, b, 0, 4, 2, 6), ab1 = __builtin_shufflevector(a, b, 1, 5, 3, 7);
   const Double4 cd0 = __builtin_shufflevector(c, d, 0, 4, 2, 6), cd1 = __builtin_shufflevector(c, d, 1, 5, 3, 7);
   out[0] = __builtin_shufflevector(ab0, cd0, 0, 1, 4, 5);

@@ -4,68 +4,13 @@
 #include <cstddef>
 
 #include "integrators/direct.h"
+#include "integrators/plain_hits.h"
 #include "integrators/roulette.h"
 
 namespace tilecast {
 namespace {
 
-using Shape = PlainScene::Shape;
 using Face = PlainScene::Face;
-
-// A coordinate in the object's space, of a vector of world space.
-Double4 local(const Shape& shape, int i, const Vec3x4& v) {
-  return fma(all(shape.to_local[i][0]), v.x, fma(all(shape.to_local[i][1]), v.y, all(shape.to_local[i][2]) * v.z));
-}
-
-// Where a line is inside a box: Block's.
-struct BoxInterval {
-  Double4 enter, exit;
-  Mask4 met;
-  Mask4 enter_face, exit_face;
-};
-struct BoxLine {  // in the box's space
-  Double4 o[3], d[3];
-
-  BoxLine(const Shape& box, const Vec3x4& from, const Vec3x4& direction) {
-    for (int i = 0; i < 3; ++i) o[i] = local(box, i, from), d[i] = local(box, i, direction);
-  }
-
-  // Whether 0 < t <= 1 lies on the outer side of one face, which costs no division: (hi - o) / d > 1 just where the
-  // numerator is the larger one.
-  Mask4 beside(const Shape& box) const {
-    Mask4 out{};
-    for (int i = 0; i < 3; ++i) {
-      const Double4 below = box.lo[i] - o[i], above = box.hi[i] - o[i];
-      out |= ((below > 0.0) & (below > d[i])) | ((above < 0.0) & (above < d[i]));
-    }
-    return out;
-  }
-};
-template <bool kFaces>
-BoxInterval inside(const Shape& box, const BoxLine& line) {
-  BoxInterval out{all(-kInfinity), all(kInfinity), all(true), {}, {}};
-  for (int i = 0; i < 3; ++i) {
-    const Double4 o = line.o[i], d = line.d[i];
-    const Double4 low = (box.lo[i] - o) / d, high = (box.hi[i] - o) / d;
-    const Mask4 up = d > 0.0, flat = d == 0.0;
-    Double4 enter = up ? low : high, exit = up ? high : low;
-    if (bits(flat)) [[unlikely]] {
-      out.met &= ~flat | ((box.lo[i] <= o) & (o < box.hi[i]));
-      enter = flat ? all(-kInfinity) : enter;
-      exit = flat ? all(kInfinity) : exit;
-    }
-    out.met &= enter < exit;
-    const Mask4 later = enter > out.enter, sooner = exit < out.exit;
-    out.enter = later ? enter : out.enter;
-    out.exit = sooner ? exit : out.exit;
-    if constexpr (kFaces) {  // up: in by the lower face, out by the upper one; up is -1
-      out.enter_face = later ? 2 * i + 1 + up : out.enter_face;
-      out.exit_face = sooner ? 2 * i - up : out.exit_face;
-    }
-  }
-  out.met &= (out.enter < out.exit) & (out.enter > -kInfinity) & (out.exit < kInfinity);
-  return out;
-}
 
 // A density that can be divided by: as in direct.cpp.
 Mask4 usable(Double4 pdf) { return (pdf > 1e-150) & (pdf < 1e150); }
@@ -102,12 +47,6 @@ Vec3x4 cosine_hemisphere(Double4 u, Double4 v) {
 }
 
 }  // namespace
-
-struct PlainPaths::Hits {
-  Double4 t = all(kInfinity);
-  Mask4 face = all(true);  // -1: nothing
-  Mask4 entering{};
-};
 
 PlainPaths::PlainPaths(const Scene& scene, const PlainScene& plain)
     : scene_(scene), plain_(plain),
@@ -186,59 +125,6 @@ void PlainPaths::trace(RayCounts& counts) {
   }
 }
 
-PlainPaths::Hits PlainPaths::closest(const Vec3x4& origin, const Vec3x4& direction) const {
-  Hits best;
-  for (const Shape& shape : plain_.shapes) {
-    const Vec3x4 from{origin.x - shape.origin[0], origin.y - shape.origin[1], origin.z - shape.origin[2]};
-    if (shape.box) {
-      const BoxInterval interval = inside<true>(shape, BoxLine(shape, from, direction));
-      const Mask4 outside = interval.enter > 0.0;
-      const Double4 t = outside ? interval.enter : interval.exit;
-      const Mask4 nearer = interval.met & (t > 0.0) & (t < best.t);
-      best.t = nearer ? t : best.t;
-      best.face = nearer ? shape.face + (outside ? interval.enter_face : interval.exit_face) : best.face;
-      best.entering = nearer ? outside : best.entering;
-      continue;
-    }
-    const Double4 down = local(shape, 1, direction), t = -local(shape, 1, from) / down;
-    Mask4 nearer = (t > 0.0) & (t < best.t);
-    if (!bits(nearer)) continue;
-    const Double4 x = fma(t, local(shape, 0, direction), local(shape, 0, from));
-    const Double4 z = fma(t, local(shape, 2, direction), local(shape, 2, from));
-    nearer &= (shape.lo[0] <= x) & (x < shape.hi[0]) & (shape.lo[2] <= z) & (z < shape.hi[2]);
-    best.t = nearer ? t : best.t;
-    best.face = nearer ? shape.face + Mask4{} : best.face;
-    best.entering = nearer ? down < 0.0 : best.entering;
-  }
-  return best;
-}
-
-// Whether anything is hit in 0 < t <= 1.
-Mask4 PlainPaths::occluded(const Vec3x4& origin, const Vec3x4& direction, Mask4 asked) const {
-  Mask4 stopped{};
-  for (const Shape& shape : plain_.shapes) {
-    const Vec3x4 from{origin.x - shape.origin[0], origin.y - shape.origin[1], origin.z - shape.origin[2]};
-    if (shape.box) {
-      const BoxLine line(shape, from, direction);
-      if (!bits(asked & ~stopped & ~line.beside(shape))) continue;
-      const BoxInterval interval = inside<false>(shape, line);
-      stopped |= interval.met & (((interval.enter > 0.0) & (interval.enter <= 1.0)) | ((interval.exit > 0.0) & (interval.exit <= 1.0)));
-    } else {
-      // Most are not crossed: then signs or sizes tell before anything is divided, as t <= 1 means |above| <= |down|.
-      const Double4 above = local(shape, 1, from), down = local(shape, 1, direction);
-      Mask4 within = ((Mask4)above ^ (Mask4)down) & ((abs(above) <= abs(down)) & asked & ~stopped);
-      if (!bits(within)) continue;
-      const Double4 t = -above / down;
-      within = (t > 0.0) & (t <= 1.0) & asked & ~stopped;
-      const Double4 x = fma(t, local(shape, 0, direction), local(shape, 0, from));
-      const Double4 z = fma(t, local(shape, 2, direction), local(shape, 2, from));
-      stopped |= within & (shape.lo[0] <= x) & (x < shape.hi[0]) & (shape.lo[2] <= z) & (z < shape.hi[2]);
-    }
-    if (!bits(asked & ~stopped)) break;
-  }
-  return stopped;
-}
-
 void PlainPaths::end(uint32_t first, uint32_t ended, const Vec3x4& sum) {
   for (; ended; ended &= ended - 1) {
     const int lane = std::countr_zero(ended);
@@ -254,7 +140,7 @@ uint32_t PlainPaths::segment(uint32_t first, uint32_t to, uint32_t live, RayCoun
   };
   const Vec3x4 origin = vector(origin_), direction = vector(direction_);
   Vec3x4 throughput = vector(throughput_), sum = vector(sum_);
-  const Hits hit = closest(origin, direction);
+  const PlainHits hit = closest(plain_, origin, direction);
   const uint32_t missed = bits(hit.face) & live;  // -1 has the sign
   if (missed) {
     Vec3x4 beyond = sum;
@@ -344,11 +230,12 @@ uint32_t PlainPaths::segment(uint32_t first, uint32_t to, uint32_t live, RayCoun
     const Vec3x4 radiance{lamp.radiance.x / pdf, lamp.radiance.y / pdf, lamp.radiance.z / pdf};
     const Double4 here = dot(wi, basis.z), bsdf_pdf = max(all(0.0), here) * kInvPi;
     const Vec3x4 f = reflectance * bsdf_pdf;
-    const Mask4 lit = (distance2 > 0.0) & (cosine > 0.0) & usable(pdf) & (max_component(radiance) > 0.0) & (max_component(f) > 0.0);
+    const Mask4 lit = (distance2 > 0.0) & (cosine > 0.0) & usable(pdf) & (max_component(radiance) > 0.0) &
+                      (max_component(f) > 0.0);
     if (const uint32_t asked = bits(lit) & live) {
       counts.shadow += std::popcount(asked);
       const Vec3x4 to_end = at + all(lamp.end), start = spawn(to_end - point);
-      const Mask4 in_the_way = occluded(start, to_end - start, lit);
+      const Mask4 in_the_way = occluded(plain_, start, to_end - start, lit);
       const Vec3x4 comes = throughput * (f * radiance * power_heuristic(pdf, bsdf_pdf));
       sum = select(lit & ~in_the_way, sum + comes, sum);
     }

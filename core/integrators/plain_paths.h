@@ -31,10 +31,7 @@ class PlainPaths {
   const Rgb& radiance(uint32_t i) const { return radiance_[i]; }
 
  private:
-  struct Hits;
   uint32_t segment(uint32_t first, uint32_t to, uint32_t live, RayCounts& counts);
-  Hits closest(const Vec3x4& origin, const Vec3x4& direction) const;
-  Mask4 occluded(const Vec3x4& origin, const Vec3x4& direction, Mask4 asked) const;
   void start(const Sampler& sampler, Seen seen);
   void aim();
   SamplerLanes<Uint4> sampler_of(uint32_t first) const;

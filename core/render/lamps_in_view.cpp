@@ -4,7 +4,7 @@ namespace tilecast {
 namespace {
 
 constexpr uint32_t kLooks = 8;       // rays for each sample
-constexpr size_t kMostLamps = 64;    // more are seldom seen one by one
+constexpr size_t kMostLamps = 64, kMostPieces = 16;  // of a lamp: this is found out for every chunk
 constexpr double kMostOfImage = 1.0 / 32;  // of its pixels: lamps that fill more have less edge than inside
 constexpr uint32_t kOwnPoints = 0x6c616d70;  // so that they are others than those of the paths
 
@@ -14,9 +14,10 @@ LampsInView::LampsInView(const Scene& scene) {
   if (!built_with("area_lights") || scene.lights.areas.size() > kMostLamps) return;
   if (scene.integrator != Integrator::Path && scene.integrator != Integrator::Direct) return;
   const Camera& camera = scene.camera;
-  const double reach = 0.5 + PixelFilter::radius(scene.filter.kind());  // of the samples of pixel x: x - reach + 1 .. x + reach
+  const double reach = PixelFilter::radius(scene.filter.kind());  // of a pixel's samples, from its middle
   double pixels = 0.0;
   for (const AreaLight& lamp : scene.lights.areas) {
+    if (lamp.pieces.size() > kMostPieces) continue;
     const Box box = lamp.bounds().box;
     Vec2 lo(kInfinity), hi(-kInfinity);
     bool in_front = true;
@@ -30,8 +31,10 @@ LampsInView::LampsInView(const Scene& scene) {
       return;
     }
     auto pixel = [](double at, int size) { return static_cast<int>(std::clamp(at, 0.0, double(size))); };
-    const Window window{pixel(std::floor(lo.x - reach), camera.width()), pixel(std::floor(lo.y - reach), camera.height()),
-                        pixel(std::ceil(hi.x + reach), camera.width()), pixel(std::ceil(hi.y + reach), camera.height())};
+    auto first = [&](double at, int size) { return pixel(std::ceil(at - 0.5 - reach), size); };
+    auto past = [&](double at, int size) { return pixel(std::floor(at - 0.5 + reach) + 1.0, size); };
+    const Window window{first(lo.x, camera.width()), first(lo.y, camera.height()), past(hi.x, camera.width()),
+                        past(hi.y, camera.height())};
     pixels += double(window.right - window.left) * (window.bottom - window.top);
     windows_.push_back(window);
   }
