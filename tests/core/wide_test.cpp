@@ -133,5 +133,47 @@ TEST(WideBvh, LargeBatchesOutOfOrderAnswerAsSingleRays) {
   }
 }
 
+TEST(WideBvh, BatchesOfAnySizeAnswerAsSingleRays) {
+  stress::Random random(8);
+  AcceleratedMesh mesh(tangle(random).build(), "bvh");
+  std::vector<Ray> rays(200);
+  for (Ray& ray : rays) ray = {0.5 * stress::random_direction(random), stress::random_direction(random)};
+  NoCost free;
+  for (size_t count : {1, 3, 15, 16, 17, 63, 64, 65, 127, 200}) {
+    const FaceHit untouched{.t = -1.0, .face = 77};
+    std::vector<FaceHit> hits(rays.size() + 1, untouched);
+    mesh.closest(std::span(rays).first(count), hits.data());
+    for (size_t i = 0; i < count; ++i) ASSERT_TRUE(same(hits[i], mesh.closest(rays[i], free))) << count << ", " << i;
+    ASSERT_TRUE(same(hits[count], untouched)) << count;
+  }
+}
+
+// Boxes one in another, all of which a line through the middle meets: more children wait than a stream has room for.
+TEST(WideBvh, NestedBoxesAnswerAsBruteForce) {
+  MeshSource source;
+  for (uint32_t i = 0; i < 3000; ++i) {
+    const double r = std::exp2(-0.005 * i);
+    for (const Vec3& p : {Vec3(r, -r, -r), Vec3(-r, r, -r), Vec3(-r, -r, r)}) source.vertices.push_back(p);
+    source.faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  AcceleratedMesh mesh(source.build(), "bvh");
+  stress::Random random(9);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  std::vector<Ray> rays;
+  for (int i = 0; i < 300; ++i) {  // one after the other in opposite directions, nearly within the planes of the triangles
+    const Vec3 along = (i & 1 ? 1.0 : -1.0) * Vec3(1.0, -1.0, 1e-9 * unit(random)), off = 0.002 * Vec3(unit(random));
+    rays.push_back({off - 4.0 * along, along});
+  }
+  std::vector<FaceHit> hits(rays.size());
+  std::vector<uint32_t> faces(rays.size());
+  mesh.closest(rays, hits.data());
+  mesh.occluded(rays, faces.data());
+  for (size_t i = 0; i < rays.size(); ++i) {
+    const FaceHit expected = brute_force(mesh.mesh(), rays[i]);
+    ASSERT_TRUE(same(hits[i], expected)) << i;
+    ASSERT_EQ(faces[i] != FaceHit::kNone, expected.face != FaceHit::kNone) << i;
+  }
+}
+
 }  // namespace
 }  // namespace tilecast
