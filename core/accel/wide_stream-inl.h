@@ -86,6 +86,7 @@ class Stream {
   // Asks for what a ray will look at in its next turn.
   static HWY_INLINE void fetch(const Lists& lists, uint32_t child) {
     if (!lists.from_memory) return;
+    if (child == kEnd) child = 0;  // no matter which
     const char* at = child & WideNode::kLeaf ? reinterpret_cast<const char*>(lists.block + (child & ~WideNode::kLeaf))
                                              : reinterpret_cast<const char*>(lists.node + child);
     for (size_t i = 0; i < sizeof(TriangleBlock); i += 64) __builtin_prefetch(at + i);

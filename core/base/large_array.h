@@ -1,5 +1,5 @@
-// Arrays that are written once and read everywhere: on large pages where the system has them, which saves most of the
-// misses of address translation, and not zeroed beforehand.
+// Arrays that are written once and read everywhere: on large pages where the system has them, from half a page on, which
+// saves most of the misses of address translation; and not zeroed beforehand.
 #pragma once
 
 #include <algorithm>
