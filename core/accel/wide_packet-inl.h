@@ -15,7 +15,7 @@ namespace tilecast::HWY_NAMESPACE {
 
 // How far apart the rays of a packet may be, in the frame's units, where they pass its centre and by the time they
 // leave it.
-constexpr float kPacketWidth = 0.5f;
+constexpr float kPacketWidth = 0.15f;
 
 // A packet goes on while the blocks that it comes to are met by this many rays on average, and as many may fall short.
 constexpr int kEnough = 1, kPatience = 32;
