@@ -56,6 +56,46 @@ class WideBoxes {
     }
   }
 
+  // The same for several lines that should be alike, each in its own range: visit(primitive, lanes) with those that meet
+  // the primitive's box, by clip(lo, hi, lanes). `beam`: around all of them.
+  template <class Beam, class Clip, class Visit>
+  void traverse_together(const Beam& beam, uint32_t lanes, const float& s_max, Clip&& clip, Visit&& visit) const {
+    struct Entry {
+      float s;
+      uint32_t node, lane;  // whose child
+    };
+    Entry stack[Bvh::kMaxDepth * (kLanes - 1) + kLanes];
+    int top = 0;
+    uint32_t current = 0;
+    for (;;) {
+      const Node& node = nodes_[current];
+      alignas(32) float near[kLanes];
+      Float8 from;
+      const Mask8 met_boxes = beam.meets(node.boxes, s_max, from) & (kLaneNumbers < node.count);
+      std::memcpy(near, &from, sizeof(near));
+      const int waiting = top;
+      for (uint32_t met = bits(met_boxes); met != 0; met &= met - 1) {
+        const int lane = std::countr_zero(met);
+        int at = top++;
+        for (; at > waiting && stack[at - 1].s < near[lane]; --at) stack[at] = stack[at - 1];
+        stack[at] = {near[lane], current, static_cast<uint32_t>(lane)};
+      }
+      for (;;) {
+        if (top == 0) return;
+        const Entry entry = stack[--top];
+        if (entry.s > s_max) continue;
+        const BoxLanes& boxes = nodes_[entry.node].boxes;
+        const float lo[3] = {boxes.lo[0][entry.lane], boxes.lo[1][entry.lane], boxes.lo[2][entry.lane]};
+        const float hi[3] = {boxes.hi[0][entry.lane], boxes.hi[1][entry.lane], boxes.hi[2][entry.lane]};
+        const uint32_t met = clip(lo, hi) & lanes;
+        if (met == 0) continue;
+        current = nodes_[entry.node].child[entry.lane];
+        if (!(current & kPrimitive)) break;
+        visit(current & ~kPrimitive, met);
+      }
+    }
+  }
+
  private:
   static constexpr uint32_t kPrimitive = 1u << 31;
   struct alignas(32) Node {  // 256 bytes

@@ -73,19 +73,19 @@ HWY_INLINE auto slots_of(uint32_t by_distance) {
   return hn::IndicesFromVec(Floats(), hn::And(hn::Shr(hn::Set(w, by_distance), hn::Load(w, kShifts)), hn::Set(w, 7)));
 }
 
-// Triangles against rays, lane by lane: which are crossed, from the front, and which need the tie-break. All are sheared
-// by the same axes.
+// Triangles against rays, lane by lane: which may be crossed, from the front, and which of them need the tie-break. All are
+// sheared by the same axes.
 struct Crossed {
-  uint32_t inside, from_front, ties;
+  uint32_t some, from_front, ties;
 };
 template <class V>
 HWY_INLINE Crossed crossed(const V vertices[3][3], const V origin[3], V shear_x, V shear_y) {
   const Floats d;
-  V x[3], y[3];
+  V x[3], y[3];  // all negative, which changes no bit of a determinant: so vertices are taken from memory
   for (int v = 0; v < 3; ++v) {
-    const V along = hn::Sub(vertices[v][2], origin[2]);
-    x[v] = hn::NegMulAdd(shear_x, along, hn::Sub(vertices[v][0], origin[0]));
-    y[v] = hn::NegMulAdd(shear_y, along, hn::Sub(vertices[v][1], origin[1]));
+    const V along = hn::Sub(origin[2], vertices[v][2]);
+    x[v] = hn::NegMulAdd(shear_x, along, hn::Sub(origin[0], vertices[v][0]));
+    y[v] = hn::NegMulAdd(shear_y, along, hn::Sub(origin[1], vertices[v][1]));
   }
   auto determinant = [&](int p, int q) {  // x[p] * y[q] - y[p] * x[q], as base/exact.h does it
     const V product = hn::Mul(y[p], x[q]);
@@ -94,10 +94,9 @@ HWY_INLINE Crossed crossed(const V vertices[3][3], const V origin[3], V shear_x,
   const V a = determinant(1, 2), b = determinant(2, 0), c = determinant(0, 1);
   const V least = hn::Min(hn::Min(a, b), c), most = hn::Max(hn::Max(a, b), c), zero = hn::Zero(d);
   // Unused lanes are not a number: neither below nor above zero.
-  const auto inwards = hn::Lt(most, zero);
-  const auto touched = hn::And(hn::And(hn::Le(least, zero), hn::Ge(most, zero)),
-                               hn::Or(hn::Eq(a, zero), hn::Or(hn::Eq(b, zero), hn::Eq(c, zero))));
-  return {bits(d, hn::Or(hn::Gt(least, zero), inwards)), bits(d, inwards), bits(d, touched)};
+  const uint32_t some = bits(d, hn::Or(hn::Ge(least, zero), hn::Le(most, zero)));
+  const uint32_t outwards = bits(d, hn::Gt(least, zero)), inwards = bits(d, hn::Lt(most, zero));
+  return {some, inwards, some & ~(outwards | inwards)};
 }
 
 // One triangle and ray that may cross, in double. True where the search is at its end.
@@ -108,7 +107,7 @@ HWY_INLINE bool offer(const TriangleBlock& block, int lane, FrameRays& rays, int
   for (int v = 0; v < 3; ++v)
     vertices[v][0] = block.vertices[v][x][lane], vertices[v][1] = block.vertices[v][y][lane], vertices[v][2] = block.vertices[v][z][lane];
   if (tie) [[unlikely]] {
-    const float origin[3] = {rays.origin[x][ray], rays.origin[y][ray], rays.origin[z][ray]};
+    const float origin[3] = {rays.swapped_origin[0][ray], rays.swapped_origin[1][ray], rays.swapped_origin[2][ray]};
     const int side = crossed_side(origin, rays.shear_x[ray], rays.shear_y[ray], vertices);
     if (side == 0) return false;
     from_front = side < 0;
@@ -120,10 +119,17 @@ HWY_INLINE bool offer(const TriangleBlock& block, int lane, FrameRays& rays, int
 // What blocks want to know of a ray, in all lanes.
 struct RayLanes {
   using V = hn::Vec<Floats>;
-  RayLanes(const FrameRays& rays, int ray)
+  HWY_INLINE RayLanes(const FrameRays& rays, int ray)
       : axes{rays.x[ray], rays.y[ray], rays.z[ray]}, shear_x(hn::Set(Floats(), rays.shear_x[ray])),
         shear_y(hn::Set(Floats(), rays.shear_y[ray])) {
-    for (int i = 0; i < 3; ++i) origin[i] = hn::Set(Floats(), rays.origin[axes[i]][ray]);
+    for (int i = 0; i < 3; ++i) origin[i] = hn::Set(Floats(), rays.swapped_origin[i][ray]);
+  }
+  // A block's triangles against the ray.
+  HWY_INLINE Crossed crossed(const TriangleBlock& block) const {
+    V vertices[3][3];
+    for (int v = 0; v < 3; ++v)
+      for (int i = 0; i < 3; ++i) vertices[v][i] = hn::Load(Floats(), block.vertices[v][axes[i]]);
+    return HWY_NAMESPACE::crossed(vertices, origin, shear_x, shear_y);
   }
 
   size_t axes[3];  // as in FrameRay
@@ -133,11 +139,8 @@ struct RayLanes {
 // A block's triangles against one ray. True where the search is at its end.
 template <class Query>
 HWY_INLINE bool test_block(const TriangleBlock& block, const RayLanes& lanes, FrameRays& rays, int ray, Query query) {
-  RayLanes::V vertices[3][3];
-  for (int v = 0; v < 3; ++v)
-    for (int i = 0; i < 3; ++i) vertices[v][i] = hn::Load(Floats(), block.vertices[v][lanes.axes[i]]);
-  const Crossed found = crossed(vertices, lanes.origin, lanes.shear_x, lanes.shear_y);
-  for (uint32_t rest = found.inside | found.ties; rest; rest &= rest - 1) {
+  const Crossed found = lanes.crossed(block);
+  for (uint32_t rest = found.some; rest; rest &= rest - 1) {
     const int lane = std::countr_zero(rest);
     if (offer(block, lane, rays, ray, found.ties >> lane & 1, found.from_front >> lane & 1, query)) return true;
   }

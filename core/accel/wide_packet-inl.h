@@ -15,7 +15,7 @@ namespace tilecast::HWY_NAMESPACE {
 
 // How far apart the rays of a packet may be, in the frame's units, where they pass its centre and by the time they
 // leave it.
-constexpr float kPacketWidth = 0.5f;
+constexpr float kPacketWidth = 0.15f;
 
 // A packet goes on while the blocks that it comes to are met by this many rays on average, and as many may fall short.
 constexpr int kEnough = 1, kPatience = 32;
@@ -28,20 +28,20 @@ struct PacketBounds {
 };
 
 // False where the rays differ too much to be worth it.
-HWY_INLINE bool bound(FrameRays& rays, PacketBounds& out) {
+HWY_INLINE bool bound(FrameRays& rays, int begin, uint32_t inside, PacketBounds& out) {
   const Floats d;
   using V = hn::Vec<Floats>;
-  const int first = std::countr_zero(rays.inside);
-  for (uint32_t rest = ~rays.inside & 0xffff; rest; rest &= rest - 1) rays.copy_lane(first, std::countr_zero(rest));
+  const int first = begin + std::countr_zero(inside);
+  for (uint32_t rest = ~inside & 0xffff; rest; rest &= rest - 1) rays.copy_lane(first, begin + std::countr_zero(rest));
   out.octant = rays.octant[first];
   const Words w;
   const auto octant = hn::Set(w, out.octant);
-  if (!hn::AllTrue(w, hn::And(hn::Eq(hn::Load(w, rays.octant), octant), hn::Eq(hn::Load(w, rays.octant + 8), octant))))
+  if (!hn::AllTrue(w, hn::And(hn::Eq(hn::Load(w, rays.octant + begin), octant), hn::Eq(hn::Load(w, rays.octant + begin + 8), octant))))
     return false;
-  const hn::FixedTag<uint8_t, FrameRays::kSize> bytes;
-  out.one_shear = hn::AllTrue(bytes, hn::Eq(hn::LoadU(bytes, rays.z), hn::Set(bytes, rays.z[first])));
+  const hn::FixedTag<uint8_t, FrameRays::kPacket> bytes;
+  out.one_shear = hn::AllTrue(bytes, hn::Eq(hn::LoadU(bytes, rays.z + begin), hn::Set(bytes, rays.z[first])));
   auto extremes = [&](const float* values, float& lo, float& hi) {
-    const V a = hn::Load(d, values), b = hn::Load(d, values + 8);
+    const V a = hn::Load(d, values + begin), b = hn::Load(d, values + begin + 8);
     lo = hn::GetLane(hn::MinOfLanes(d, hn::Min(a, b)));
     hi = hn::GetLane(hn::MaxOfLanes(d, hn::Max(a, b)));
   };
@@ -84,11 +84,12 @@ HWY_INLINE int push_slots(const WideNode& node, uint32_t number, const PacketBou
 }
 
 // Which of the rays meet a child's box.
-HWY_INLINE uint32_t meeting(const WideNode& node, uint32_t slot, const FrameRays& rays, uint32_t octant) {
+HWY_INLINE uint32_t meeting(const WideNode& node, uint32_t slot, const FrameRays& rays, int first, uint32_t octant) {
   const Floats d;
   using V = hn::Vec<Floats>;
   uint32_t out = 0;
-  for (int begin = 0; begin < FrameRays::kSize; begin += WideNode::kWidth) {
+  for (int k = 0; k < FrameRays::kPacket; k += WideNode::kWidth) {
+    const int begin = first + k;
     V near = hn::Load(d, rays.s_min + begin), far = hn::Load(d, rays.s_max + begin);
     for (int axis = 0; axis < 3; ++axis) {
       const uint32_t negative = octant >> axis & 1;
@@ -96,7 +97,7 @@ HWY_INLINE uint32_t meeting(const WideNode& node, uint32_t slot, const FrameRays
       near = hn::Max(near, hn::MulSub(hn::Set(d, node.planes[2 * axis + negative][slot]), reciprocal, origin));
       far = hn::Min(far, hn::MulSub(hn::Set(d, node.planes[2 * axis + (negative ^ 1)][slot]), reciprocal, origin));
     }
-    out |= bits(d, hn::Le(near, far)) << begin;
+    out |= bits(d, hn::Le(near, far)) << k;
   }
   return out;
 }
@@ -104,23 +105,24 @@ HWY_INLINE uint32_t meeting(const WideNode& node, uint32_t slot, const FrameRays
 // A block's triangles, one after the other, against all rays of `active`, which have one shear; those that are at their
 // end are taken out.
 template <class QueryOf>
-HWY_INLINE void test_block(const TriangleBlock& block, int triangles, FrameRays& rays, uint32_t meeting, uint32_t& active, QueryOf&& query_of) {
+HWY_INLINE void test_block(const TriangleBlock& block, int triangles, FrameRays& rays, int begin, uint32_t meeting, uint32_t& active, QueryOf&& query_of) {
   const Floats d;
   using V = hn::Vec<Floats>;
-  const int first = std::countr_zero(meeting);
+  const int first = begin + std::countr_zero(meeting);
   const int axes[3] = {rays.x[first], rays.y[first], rays.z[first]};
   for (int lane = 0; lane < triangles; ++lane) {
     V vertices[3][3];
     for (int v = 0; v < 3; ++v)
       for (int i = 0; i < 3; ++i) vertices[v][i] = hn::Set(d, block.vertices[v][axes[i]][lane]);
-    for (int begin = 0; begin < FrameRays::kSize; begin += WideNode::kWidth) {
+    for (int half = 0; half < FrameRays::kPacket; half += WideNode::kWidth) {
+      const int from = begin + half;
       V origin[3];
-      for (int i = 0; i < 3; ++i) origin[i] = hn::Load(d, rays.origin[axes[i]] + begin);
-      const Crossed found = crossed(vertices, origin, hn::Load(d, rays.shear_x + begin), hn::Load(d, rays.shear_y + begin));
-      for (uint32_t rest = (found.inside | found.ties) & (meeting & active) >> begin; rest; rest &= rest - 1) {
-        const int k = std::countr_zero(rest), ray = begin + k;
+      for (int i = 0; i < 3; ++i) origin[i] = hn::Load(d, rays.swapped_origin[i] + from);
+      const Crossed found = crossed(vertices, origin, hn::Load(d, rays.shear_x + from), hn::Load(d, rays.shear_y + from));
+      for (uint32_t rest = found.some & (meeting & active) >> half; rest; rest &= rest - 1) {
+        const int k = std::countr_zero(rest), ray = from + k;
         auto query = query_of(ray);
-        if (offer(block, lane, rays, ray, found.ties >> k & 1, found.from_front >> k & 1, query)) active &= ~(1u << ray);
+        if (offer(block, lane, rays, ray, found.ties >> k & 1, found.from_front >> k & 1, query)) active &= ~(1u << (half + k));
       }
     }
   }
@@ -129,16 +131,17 @@ HWY_INLINE void test_block(const TriangleBlock& block, int triangles, FrameRays&
 // What is left to do for single rays, as bits; query_of(ray) is what is wanted of each. They may begin anew: what they
 // have found only shortens their way.
 template <class QueryOf>
-HWY_INLINE uint32_t trace_packet(const WideBvh& bvh, FrameRays& rays, QueryOf&& query_of) {
+HWY_INLINE uint32_t trace_packet(const WideBvh& bvh, FrameRays& rays, int begin, QueryOf&& query_of) {
   PacketBounds bounds;
-  if ((bvh.root() & WideNode::kLeaf) || std::popcount(rays.inside) < 4 || !bound(rays, bounds)) return rays.inside;
+  const uint32_t inside = rays.inside >> begin & 0xffff;
+  if ((bvh.root() & WideNode::kLeaf) || std::popcount(inside) < 4 || !bound(rays, begin, inside, bounds)) return inside;
   using Query = decltype(query_of(0));
   const WideNode* nodes = bvh.nodes().data();
   const TriangleBlock* blocks = bvh.blocks().data();
   const Floats d;
   uint32_t slots[WideBvh::kStackSize];
   float nears[WideBvh::kStackSize];
-  uint32_t active = rays.inside;
+  uint32_t active = inside;
   int patience = kPatience;
   int top = push_slots(nodes[0], 0, bounds, slots, nears);
   while (top > 0) {
@@ -151,23 +154,23 @@ HWY_INLINE uint32_t trace_packet(const WideBvh& bvh, FrameRays& rays, QueryOf&& 
       continue;
     }
     const TriangleBlock& block = blocks[child & ~WideNode::kLeaf];
-    const uint32_t met = meeting(parent, slot, rays, bounds.octant) & active;
+    const uint32_t met = meeting(parent, slot, rays, begin, bounds.octant) & active;
     if ((patience += std::popcount(met) - kEnough) < 0) return active;
     if (met == 0) continue;
     const int triangles = block.count();
     if (bounds.one_shear && std::popcount(met) > triangles) {
-      test_block(block, triangles, rays, met, active, query_of);
+      test_block(block, triangles, rays, begin, met, active, query_of);
     } else {
       for (uint32_t rest = met; rest; rest &= rest - 1) {
-        const int ray = std::countr_zero(rest);
-        if (test_block(block, RayLanes(rays, ray), rays, ray, query_of(ray))) active &= ~(1u << ray);
+        const int k = std::countr_zero(rest), ray = begin + k;
+        if (test_block(block, RayLanes(rays, ray), rays, ray, query_of(ray))) active &= ~(1u << k);
       }
     }
     if (active == 0) return 0;
     if constexpr (!Query::kShortens) continue;
     // Rays that repeat another do not hold the packet back.
-    for (uint32_t rest = ~rays.inside & 0xffff; rest; rest &= rest - 1) rays.s_max[std::countr_zero(rest)] = rays.s_min[0];
-    bounds.s_max = hn::GetLane(hn::MaxOfLanes(d, hn::Max(hn::Load(d, rays.s_max), hn::Load(d, rays.s_max + 8))));
+    for (uint32_t rest = ~inside & 0xffff; rest; rest &= rest - 1) rays.s_max[begin + std::countr_zero(rest)] = rays.s_min[begin];
+    bounds.s_max = hn::GetLane(hn::MaxOfLanes(d, hn::Max(hn::Load(d, rays.s_max + begin), hn::Load(d, rays.s_max + begin + 8))));
   }
   return 0;
 }

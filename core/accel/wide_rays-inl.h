@@ -1,4 +1,4 @@
-// Sixteen rays brought into a frame at once: bit for bit what enter_frame (base/frame.h) does with each.
+// Rays brought into a frame at once: bit for bit what enter_frame (base/frame.h) does with each.
 #if defined(TILECAST_WIDE_RAYS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef TILECAST_WIDE_RAYS_INL_H
 #undef TILECAST_WIDE_RAYS_INL_H
@@ -8,6 +8,7 @@
 
 #include <hwy/highway.h>
 
+#include "accel/wide_bvh.h"
 #include "geometry/triangle.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -24,11 +25,14 @@ HWY_INLINE uint32_t bits(D d, M mask) {
 }
 
 struct alignas(32) FrameRays {
-  static constexpr int kSize = 16;
+  static constexpr int kSize = 64;
+  static constexpr int kPacket = 16;  // neighbours that may go together
 
   float origin[3][kSize], reciprocal[3][kSize];
   float scaled_origin[3][kSize];  // origin * reciprocal
   float shear_x[kSize], shear_y[kSize];
+  float swapped_origin[3][kSize];    // origin in the order x, y, z
+  uint32_t near_plane[3][kSize];     // where in WideNode::planes the first plane of each axis stands that the ray meets
   float s_min[kSize], s_max[kSize];  // s_max goes down with the hits
   // As in ShearedLine.
   double sheared_origin[3][kSize];
@@ -37,7 +41,7 @@ struct alignas(32) FrameRays {
   double t_min[kSize], t_max[kSize];
   uint32_t octant[kSize];                 // bit i: component i of the direction is negative
   uint8_t x[kSize], y[kSize], z[kSize];   // axes, as in FrameRay
-  uint32_t inside;                        // bit i: line i may meet the frame's content
+  uint64_t inside;                        // bit i: line i may meet the frame's content
 
   // Lane 0 alone.
   FrameRays() = default;
@@ -48,7 +52,9 @@ struct alignas(32) FrameRays {
       origin[axis][0] = from.origin[axis], reciprocal[axis][0] = from.reciprocal[axis];
       scaled_origin[axis][0] = from.origin[axis] * from.reciprocal[axis];
       octant[0] |= static_cast<uint32_t>(std::signbit(from.reciprocal[axis])) << axis;
+      near_plane[axis][0] = WideNode::kWidth * (2 * axis + (octant[0] >> axis & 1));
     }
+    swapped_origin[0][0] = from.origin[from.x], swapped_origin[1][0] = from.origin[from.y], swapped_origin[2][0] = from.origin[from.z];
     const ShearedLine exact = tilecast::sheared(from);
     for (int i = 0; i < 3; ++i) sheared_origin[i][0] = exact.origin[i];
     shear_x64[0] = exact.shear_x, shear_y64[0] = exact.shear_y, along[0] = exact.along;
@@ -72,6 +78,7 @@ struct alignas(32) FrameRays {
     }
     s_min[to] = s_min[from], s_max[to] = s_max[from], octant[to] = octant[from], z[to] = z[from];
     shear_x[to] = shear_x[from], shear_y[to] = shear_y[from];
+    for (auto& origins : swapped_origin) origins[to] = origins[from];
   }
 
   void lower_t_max(int i, double t) {
@@ -95,6 +102,9 @@ HWY_INLINE void load_columns(const Ray* const rays[4], V out[8]) {
     out[half + 2] = hn::ConcatUpperUpper(d, even23, even01), out[half + 3] = hn::ConcatUpperUpper(d, odd23, odd01);
   }
 }
+
+// The axes x, y and z of a FrameRay, where z is the first one (1), the second (2) or the third (0), 4 more: backwards.
+inline constexpr uint8_t kAxes[7][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {}, {1, 0, 2}, {2, 1, 0}, {0, 2, 1}};
 
 // At most kSize rays. Lanes beyond `count` repeat the last ray and are not inside.
 HWY_INLINE void enter_frame(const Frame& frame, const Ray* const* rays, int count, FrameRays& out) {
@@ -129,14 +139,18 @@ HWY_INLINE void enter_frame(const Frame& frame, const Ray* const* rays, int coun
     // Content lies within sqrt(3) of the centre; a comparison with NaN is false.
     const auto inside = hn::And(finite, hn::Le(dot(start, start), hn::Set(d, 4.0)));
 
-    V rounded[3];  // directions
+    V rounded[3], rounded_start[3];  // directions and starts
     auto octant = hn::Zero(f_bits);
     for (int i = 0; i < 3; ++i) {
       const auto o = demoted_to_grid(start[i]), dir = demoted_to_grid(direction[i]);
       const auto least = hn::Set(f, 0x1p-40f);
       const auto reciprocal = hn::Div(hn::Set(f, 1.0f), hn::IfThenElse(hn::Lt(hn::Abs(dir), least), hn::CopySign(least, dir), dir));
-      rounded[i] = hn::PromoteTo(d, dir);
-      octant = hn::Or(octant, hn::And(hn::ShiftRightSame(hn::BitCast(f_bits, reciprocal), 31 - i), hn::Set(f_bits, 1u << i)));
+      rounded[i] = hn::PromoteTo(d, dir), rounded_start[i] = hn::PromoteTo(d, o);
+      const auto negative = hn::ShiftRight<31>(hn::BitCast(f_bits, reciprocal));
+      octant = hn::Or(octant, hn::ShiftLeftSame(negative, i));
+      const auto near_plane = hn::Add(hn::Set(f_bits, 2 * WideNode::kWidth * i), hn::ShiftLeft<3>(negative));
+      static_assert(WideNode::kWidth == 8);
+      hn::Store(near_plane, f_bits, out.near_plane[i] + begin);
       hn::Store(o, f, out.origin[i] + begin);
       hn::Store(reciprocal, f, out.reciprocal[i] + begin);
       hn::Store(hn::Mul(o, reciprocal), f, out.scaled_origin[i] + begin);
@@ -158,6 +172,10 @@ HWY_INLINE void enter_frame(const Frame& frame, const Ray* const* rays, int coun
     sheared(rounded, x, y, z);
     hn::Store(demoted_to_grid(hn::Div(x, z)), f, out.shear_x + begin);
     hn::Store(demoted_to_grid(hn::Div(y, z)), f, out.shear_y + begin);
+    sheared(rounded_start, x, y, z);
+    hn::Store(hn::DemoteTo(f, x), f, out.swapped_origin[0] + begin);
+    hn::Store(hn::DemoteTo(f, y), f, out.swapped_origin[1] + begin);
+    hn::Store(hn::DemoteTo(f, z), f, out.swapped_origin[2] + begin);
     sheared(direction, x, y, z);
     hn::Store(hn::Div(x, z), d, out.shear_x64 + begin);
     hn::Store(hn::Div(y, z), d, out.shear_y64 + begin);
@@ -168,11 +186,8 @@ HWY_INLINE void enter_frame(const Frame& frame, const Ray* const* rays, int coun
     hn::Store(z, d, out.sheared_origin[2] + begin);
     const uint32_t x_bits = bits(d, z_is_x), y_bits = bits(d, z_is_y), back_bits = bits(d, backwards);
     for (int k = 0; k < 4; ++k) {
-      const int z = x_bits >> k & 1 ? 0 : y_bits >> k & 1 ? 1 : 2, next = z == 2 ? 0 : z + 1, last = z == 0 ? 2 : z - 1;
-      const bool back = back_bits >> k & 1;
-      out.z[begin + k] = static_cast<uint8_t>(z);
-      out.x[begin + k] = static_cast<uint8_t>(back ? last : next);
-      out.y[begin + k] = static_cast<uint8_t>(back ? next : last);
+      const uint32_t of = (x_bits >> k & 1) | (y_bits >> k & 1) << 1 | (back_bits >> k & 1) << 2;
+      out.x[begin + k] = kAxes[of][0], out.y[begin + k] = kAxes[of][1], out.z[begin + k] = kAxes[of][2];
     }
 
     const V t_min = columns[6], t_max = columns[7];
@@ -187,9 +202,9 @@ HWY_INLINE void enter_frame(const Frame& frame, const Ray* const* rays, int coun
     hn::Store(t_scale, d, out.t_scale + begin);
     hn::Store(t_min, d, out.t_min + begin);
     hn::Store(t_max, d, out.t_max + begin);
-    out.inside |= bits(d, inside) << begin;
+    out.inside |= uint64_t(bits(d, inside)) << begin;
   }
-  out.inside &= (1u << count) - 1;
+  out.inside &= ~uint64_t(0) >> (64 - count);
 }
 
 }  // namespace tilecast::HWY_NAMESPACE

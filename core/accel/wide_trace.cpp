@@ -7,16 +7,18 @@
 
 #include "accel/ray_order.h"
 #include "accel/wide_packet-inl.h"
+#include "accel/wide_stream-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tilecast::HWY_NAMESPACE {
 
 // Traces rays in the order given, or as they come. An answer is none, and then what query_of(answer) makes of it.
 template <class Answer, class QueryOf>
-HWY_INLINE void trace_batch(const WideBvh& bvh, const Frame& frame, const Ray* rays, size_t count, const uint32_t* order,
-                            Answer* answers, const Answer& none, QueryOf&& query_of) {
+HWY_INLINE void trace_batch(const WideBvh& bvh, bool from_memory, const Frame& frame, const Ray* rays, size_t count,
+                            const uint32_t* order, Answer* answers, const Answer& none, QueryOf&& query_of) {
   constexpr size_t kSize = FrameRays::kSize;
   FrameRays lines;
+  Stream stream;
   Answer found[kSize];
   const Ray* group[kSize];
   NoCost free;
@@ -28,7 +30,11 @@ HWY_INLINE void trace_batch(const WideBvh& bvh, const Frame& frame, const Ray* r
       for (size_t k = i + 2 * kSize; k < std::min(count, i + 3 * kSize); ++k) __builtin_prefetch(rays + order[k]);
     enter_frame(frame, group, n, lines);
     std::fill_n(found, n, none);
-    uint32_t left = lines.inside ? trace_packet(bvh, lines, [&](int ray) { return query_of(found[ray]); }) : 0;
+    auto query = [&](int ray) { return query_of(found[ray]); };
+    uint64_t left = 0;
+    for (int begin = 0; begin < n; begin += FrameRays::kPacket)
+      left |= uint64_t(trace_packet(bvh, lines, begin, query)) << begin;
+    if (left) left = stream.trace(bvh, from_memory, lines, left, query);
     for (; left; left &= left - 1) {
       const int ray = std::countr_zero(left);
       trace(bvh, lines, ray, query_of(found[ray]), free);
@@ -37,11 +43,13 @@ HWY_INLINE void trace_batch(const WideBvh& bvh, const Frame& frame, const Ray* r
   }
 }
 
-void closest_batch(const WideBvh& bvh, const Frame& frame, const Ray* rays, size_t count, const uint32_t* order, FaceHit* hits) {
-  trace_batch(bvh, frame, rays, count, order, hits, FaceHit{}, [](FaceHit& best) { return Closest{best}; });
+void closest_batch(const WideBvh& bvh, bool from_memory, const Frame& frame, const Ray* rays, size_t count, const uint32_t* order,
+                   FaceHit* hits) {
+  trace_batch(bvh, from_memory, frame, rays, count, order, hits, FaceHit{}, [](FaceHit& best) { return Closest{best}; });
 }
-void occluded_batch(const WideBvh& bvh, const Frame& frame, const Ray* rays, size_t count, const uint32_t* order, uint32_t* faces) {
-  trace_batch(bvh, frame, rays, count, order, faces, FaceHit::kNone, [](uint32_t& face) { return Any{face}; });
+void occluded_batch(const WideBvh& bvh, bool from_memory, const Frame& frame, const Ray* rays, size_t count, const uint32_t* order,
+                   uint32_t* faces) {
+  trace_batch(bvh, from_memory, frame, rays, count, order, faces, FaceHit::kNone, [](uint32_t& face) { return Any{face}; });
 }
 
 template <class Query, class Cost>
@@ -83,23 +91,23 @@ HWY_EXPORT(all_hits);
 
 namespace {
 
-// Bytes of a hierarchy that the cache keeps well enough without: putting rays in order took a fifth of the time of diffuse
-// ones through 1 MB, and made up for it from 6 MB on (Zen 3, 512 KB and 32 MB).
-constexpr uint64_t kCached = 6 << 20;
+// Whether the cache keeps a hierarchy too badly. Putting rays in order took a fifth of the time of diffuse ones through
+// 1 MB, and made up for it from 6 MB on (Zen 3, 512 KB and 32 MB).
+bool from_memory(const WideBvh& bvh) { return bvh.bytes() > 6 << 20; }
 
 std::vector<uint32_t> order_of(const WideBvh& bvh, const Frame& frame, std::span<const Ray> rays) {
-  return bvh.bytes() > kCached ? order_for_cache(frame, rays) : std::vector<uint32_t>();
+  return from_memory(bvh) ? order_for_cache(frame, rays) : std::vector<uint32_t>();
 }
 
 }  // namespace
 
 void closest(const WideBvh& bvh, const Frame& frame, std::span<const Ray> rays, FaceHit* hits) {
   const std::vector<uint32_t> order = order_of(bvh, frame, rays);
-  HWY_DYNAMIC_DISPATCH(closest_batch)(bvh, frame, rays.data(), rays.size(), order.empty() ? nullptr : order.data(), hits);
+  HWY_DYNAMIC_DISPATCH(closest_batch)(bvh, from_memory(bvh), frame, rays.data(), rays.size(), order.empty() ? nullptr : order.data(), hits);
 }
 void occluded(const WideBvh& bvh, const Frame& frame, std::span<const Ray> rays, uint32_t* faces) {
   const std::vector<uint32_t> order = order_of(bvh, frame, rays);
-  HWY_DYNAMIC_DISPATCH(occluded_batch)(bvh, frame, rays.data(), rays.size(), order.empty() ? nullptr : order.data(), faces);
+  HWY_DYNAMIC_DISPATCH(occluded_batch)(bvh, from_memory(bvh), frame, rays.data(), rays.size(), order.empty() ? nullptr : order.data(), faces);
 }
 FaceHit closest(const WideBvh& bvh, const Frame& frame, const Ray& ray) {
   FaceHit hit;

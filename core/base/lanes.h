@@ -24,6 +24,7 @@ inline float least(Float8 x) {
   x = min(x, __builtin_shufflevector(x, x, 2, 3, 0, 1, 6, 7, 4, 5));
   return x[0] < x[1] ? x[0] : x[1];
 }
+inline float greatest(Float8 x) { return -least(-x); }
 
 #ifdef __AVX2__
 inline Float8 sqrt(Float8 x) { return (Float8)_mm256_sqrt_ps((__m256)x); }

@@ -26,9 +26,14 @@ inline constexpr const char* kSamplingNames[]{"sobol", "independent"};
 class Sampler {
  public:
   Sampler(uint32_t x, uint32_t y, uint32_t sample, uint32_t seed, Sampling sampling = Sampling::Sobol)
+      : Sampler(key_of_pixel(x, y, seed), sample, sampling) {}
+  // The same, from what the samples of a pixel have in common.
+  Sampler(uint32_t pixel_key, uint32_t sample, Sampling sampling)
       : index_(sampling == Sampling::Sobol ? reverse(sample >> 1) : 0),
-        key_(hash_combine(hash_combine(hash_combine(hash_mix(seed), x), y),
-                          sampling == Sampling::Sobol ? sample & 1 : sample)) {}
+        key_(hash_combine(pixel_key, sampling == Sampling::Sobol ? sample & 1 : sample)) {}
+  static uint32_t key_of_pixel(uint32_t x, uint32_t y, uint32_t seed) {
+    return hash_combine(hash_combine(hash_mix(seed), x), y);
+  }
 
   // Uniform in [0, 1).
   double next1() {
@@ -42,6 +47,15 @@ class Sampler {
     return {to_unit(reverse(permute(i, hash_mix(key + 1)))),
             to_unit(reverse(permute(second_dimension(i), hash_mix(key + 2))))};
   }
+
+  // As it stands after so many calls; of what index() and key() tell.
+  Sampler(uint32_t index, uint32_t key, uint32_t dimension) : index_(index), key_(key), dimension_(dimension) {}
+
+  // What sets this sample's numbers apart from those of others, and how many calls have been answered: for those who take
+  // the numbers of several samples at once (base/sampler_lanes.h).
+  uint32_t index() const { return index_; }
+  uint32_t key() const { return key_; }
+  uint32_t dimension() const { return dimension_; }
 
  private:
   static uint32_t reverse(uint32_t x) {

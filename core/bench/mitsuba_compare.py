@@ -234,7 +234,7 @@ def measure(name: str, variant: str, counts: list[int], runs: int, samples: int)
     long = [reference(ours, samples, 1000), reference(theirs, samples, 2000)]
     first, second = (parts.mean(0) for parts in long)
     row = {"scene": name, "variant": variant, "agreement": agreement(*long), "points": []}
-    our_counts = [2**k for k in range(2, 2 + int(math.log2(max(counts))))]
+    our_counts = [2**k for k in range(1, 1 + int(math.log2(max(counts))))]
     for count in counts:
         theirs.render(count, 1)  # compiles
     found: dict[tuple[str, int], list[tuple[float, float]]] = {}

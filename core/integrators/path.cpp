@@ -1,12 +1,11 @@
 #include "integrators/direct.h"
+#include "integrators/roulette.h"
 #include "integrators/shadow.h"
 #include "optics/spectrum.h"
 #include "shading/bsdf.h"
 
 namespace tilecast {
 namespace {
-
-constexpr int kRouletteDepth = 4;  // path segments that are never cut short
 
 // What the lights send to the surface and on to wo, by one of them. media: on the side of wo.
 template <class SomeMedia>
@@ -36,7 +35,7 @@ Rgb next_event(const Scene& scene, const Surface& surface, bool entering, const 
 }
 
 template <bool kPassable>
-Rgb trace(const Scene& scene, Ray ray, MediaOf<kPassable> media, Sampler& sampler, Tracing& tracing) {
+Rgb trace(const Scene& scene, Ray ray, MediaOf<kPassable> media, Sampler& sampler, Tracing& tracing, Seen seen) {
   const int max_depth = scene.integrator == Integrator::Direct ? std::min(2, scene.max_depth) : scene.max_depth;
   const bool sample_lights = built_with("shadow_rays") && scene.next_event && scene.lights.count() > 0;
   Rgb sum(0.0), throughput(1.0);
@@ -80,7 +79,8 @@ Rgb trace(const Scene& scene, Ray ray, MediaOf<kPassable> media, Sampler& sample
     Vec3 wo_world = -ray.direction;
     double distance = hit.t;
 
-    if (built_with("emission") && hit.entering && material.emits()) {
+    const bool apart = seen == Seen::Apart && depth == 1 && ray.t_min == 0.0;
+    if (built_with("emission") && hit.entering && material.emits() && !apart) {
       double weight = 1.0;
       int area = built_with("area_lights") && sample_lights && bsdf_pdf > 0.0 ? scene.lights.find(hit.primitive) : -1;
       if (area >= 0) {
@@ -112,7 +112,7 @@ Rgb trace(const Scene& scene, Ray ray, MediaOf<kPassable> media, Sampler& sample
     double strength = max_component(throughput) * scale;
     if (!(strength > 0.0)) break;
     if (depth >= kRouletteDepth && scene.roulette) {
-      double survival = std::min(1.0, strength);
+      double survival = std::min(1.0, kRouletteScale * strength);
       if (sampler.next1() >= survival) break;
       throughput /= survival;
     }
@@ -125,9 +125,18 @@ Rgb trace(const Scene& scene, Ray ray, MediaOf<kPassable> media, Sampler& sample
 
 }  // namespace
 
-Rgb trace_path(const Scene& scene, const Ray& ray, const Media& media, Sampler& sampler, Tracing& tracing) {
-  if (passable(scene)) return trace<true>(scene, ray, media, sampler, tracing);
-  return trace<false>(scene, ray, {}, sampler, tracing);
+Rgb seen_emission(const Scene& scene, const Ray& ray, Tracing& tracing) {
+  ++tracing.counts.camera;
+  const Hit hit = closest(scene, ray);
+  if (!hit.found() || !hit.entering) return Rgb(0.0);
+  const Surface surface = resolve(scene, ray, hit);
+  if (!surface.material->emits() || passable(*surface.material)) return Rgb(0.0);
+  return emission_at(scene, surface);
+}
+
+Rgb trace_path(const Scene& scene, const Ray& ray, const Media& media, Sampler& sampler, Tracing& tracing, Seen seen) {
+  if (passable(scene)) return trace<true>(scene, ray, media, sampler, tracing, seen);
+  return trace<false>(scene, ray, {}, sampler, tracing, seen);
 }
 
 }  // namespace tilecast

@@ -24,4 +24,9 @@ inline CameraSample sample_camera(const Scene& scene, uint32_t x, uint32_t y, Sa
   return out;
 }
 
+// Whether there are lanes for it: of a pinhole, through a box filter.
+inline bool has_camera_lanes(const Scene& scene) {
+  return scene.camera.is_pinhole() && scene.filter.kind() == PixelFilter::Kind::Box;
+}
+
 }  // namespace tilecast

@@ -23,6 +23,9 @@ struct ChunkSums {
 // Samples first .. first + count - 1 of every pixel of the tile. Throws SampleError on a sample that is not finite.
 ChunkSums render_chunk(const Scene& scene, const Tile& tile, uint32_t first, uint32_t count);
 
+// The same, bit for bit, without the shorter way that there is for plain scenes (integrators/plain_paths.h): for tests.
+ChunkSums render_chunk_one_by_one(const Scene& scene, const Tile& tile, uint32_t first, uint32_t count);
+
 // What the rays through the centres of the tile's pixels cost, summed.
 TraversalCost camera_cost(const Scene& scene, const Tile& tile);
 

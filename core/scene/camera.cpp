@@ -50,6 +50,17 @@ Camera Camera::thin_lens(const View& view, double fov, double aperture, double f
   return camera;
 }
 
+bool Camera::image_point(const Vec3& place, Vec2& out) const {
+  if (kind_ != Kind::Perspective && kind_ != Kind::Orthographic) return false;
+  const Vec3 from = place - position_;
+  const double ahead = glm::dot(from, forward_);
+  if (!(ahead > 0.0)) return false;
+  const double depth = kind_ == Kind::Perspective ? ahead : 1.0;
+  out = {0.5 * width_ + glm::dot(from, right_) / (glm::dot(right_, right_) * depth),
+         0.5 * height_ + glm::dot(from, down_) / (glm::dot(down_, down_) * depth)};
+  return true;
+}
+
 Camera Camera::panorama(const View& view) { return Camera(Kind::Panorama, view, 1.0); }
 
 Vec3 Camera::around(double right, double down) const {

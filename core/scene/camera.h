@@ -4,6 +4,7 @@
 #include "base/elementary.h"
 #include "base/error.h"
 #include "base/ray.h"
+#include "base/vec_lanes.h"
 
 namespace tilecast {
 
@@ -41,6 +42,22 @@ class Camera {
       }
       default: return {position_, around(right / width_, 0.5 * down / height_)};
     }
+  }
+
+  // The image point of a place that a camera of one view point, or of parallel rays, sees: the inverse of ray(). False where
+  // the place is not in front, and for other cameras.
+  bool image_point(const Vec3& place, Vec2& out) const;
+
+  // Of a pinhole: ray(x, y) goes along forward + (x - width / 2) right + (y - height / 2) down.
+  struct Pinhole {
+    Vec3 position, forward, right, down;
+  };
+  bool is_pinhole() const { return kind_ == Kind::Perspective; }
+  Pinhole pinhole() const { return {position_, forward_, right_, down_}; }
+  // The directions of eight of its rays at once, to the same bits.
+  Vec3Lanes pinhole_directions(const Double8& x, const Double8& y) const {
+    const Double8 right = x - 0.5 * width_, down = y - 0.5 * height_;
+    return normalize(Vec3Lanes(forward_) + Vec3Lanes(right_) * right + Vec3Lanes(down_) * down);
   }
 
   int width() const { return width_; }

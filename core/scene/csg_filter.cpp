@@ -1,6 +1,7 @@
 #include "scene/csg_filter.h"
 
 #include "scene/csg.h"
+#include "geometry/sure_lanes.h"
 #include "scene/csg_ends.h"
 
 namespace tilecast {
@@ -87,6 +88,62 @@ Batch empty_batch() {
   return batch;
 }
 
+constexpr float kNothing = 0x1p-30f;  // of a direction's length: far below what kDisplacement has room for
+
+// The axis of the frame along which a row points, or -1; `size`: how far, with its sign.
+int axis_of(const float (&row)[3], float& size) {
+  int axis = 0;
+  for (int i = 1; i < 3; ++i)
+    if (std::fabs(row[i]) > std::fabs(row[axis])) axis = i;
+  size = row[axis];
+  for (int i = 0; i < 3; ++i)
+    if (i != axis && !(std::fabs(row[i]) <= kNothing * std::fabs(size))) return -1;
+  return size != 0.0f ? axis : -1;
+}
+
+// One operand of a batch.
+CsgFilter::Single single(const Batch& batch, int lane, const Solid& solid) {
+  using Single = CsgFilter::Single;
+  Single out{};
+  out.operand = batch.operand[lane];
+  out.rough = batch.rough[lane] != 0;
+  out.solved_in_lanes = has_sure_lanes(solid);
+  out.ball = Single::Ball::None;
+  for (int i = 0; i < 3; ++i) {
+    out.centre[i] = batch.centre[i][lane];
+    for (int j = 0; j < 3; ++j) {
+      out.map[i][j] = batch.map[i][j][lane];
+      if (out.map[i][j] != 0.0f) out.ball = Single::Ball::Mapped, out.rows = i + 1;
+    }
+  }
+  float sizes[3];
+  bool even = out.ball == Single::Ball::Mapped;
+  for (int i = 0; even && i < out.rows; ++i) {
+    out.axes[i] = axis_of(out.map[i], sizes[i]);
+    even = out.axes[i] >= 0 && std::fabs(std::fabs(sizes[i]) - std::fabs(sizes[0])) <= kNothing * std::fabs(sizes[0]);
+  }
+  if (even) out.ball = Single::Ball::Even;
+  for (int k = 0; k < 2; ++k) {
+    out.radius2[k] = batch.radius2[k][lane];
+    if (even && !batch.even) out.radius2[k] /= sizes[0] * sizes[0];
+  }
+  for (int number = 0; number < batch.slab_count; ++number) {
+    const CsgFilter::Slab& slab = batch.slabs[number];
+    Single::Slab& to = out.slabs[out.slab_count];
+    float size;
+    for (int i = 0; i < 3; ++i) to.normal[i] = slab.normal[i][lane];
+    to.along = axis_of(to.normal, size);
+    for (int k = 0; k < 2; ++k) {
+      to.low[k] = slab.low[k][lane], to.high[k] = slab.high[k][lane];
+      if (to.along < 0) continue;
+      to.low[k] /= size, to.high[k] /= size;
+      if (size < 0.0f) std::swap(to.low[k], to.high[k]);
+    }
+    if (slab.low[0][lane] > -kNowhere || slab.high[0][lane] < kNowhere) ++out.slab_count;
+  }
+  return out;
+}
+
 }  // namespace
 
 CsgFilter make_filter(const Csg& csg, const Scene& scene) {
@@ -133,7 +190,11 @@ CsgFilter make_filter(const Csg& csg, const Scene& scene) {
       for (size_t lane = 0; lane < order.size(); ++lane)
         if (within >> lane & 1) state.enter(csg, order[lane], true);
       out.inside[within] = state.at(csg.nodes[0], 0);
+      if (out.inside[within]) out.inside_bits[within >> 5] |= static_cast<int32_t>(1u << (within & 31));
     }
+  if (out.batches.size() == 1)
+    for (int lane = 0; lane < out.batches[0].count; ++lane)
+      out.singles.push_back(single(out.batches[0], lane, scene.solids[scene.objects[assembly.instances[out.batches[0].operand[lane]].object].index]));
   out.result_box = csg.result_box.padded(static_cast<float>(kRoom));
   return out;
 }

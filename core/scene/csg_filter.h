@@ -38,11 +38,30 @@ struct CsgFilter {
     uint32_t operand[kLanes];
     int count;
   };
+  // The same of one operand, for rays that are looked at together (scene/csg_lanes.h).
+  struct Single {
+    struct Slab {
+      float normal[3], low[2], high[2];
+      int along;  // its normal is this axis of the frame, for which the line has a reciprocal; else -1
+    };
+    // Even: in all of the frame's axes or in two of them alike; the radii are then those in the frame.
+    enum class Ball : uint8_t { None, Even, Mapped } ball;
+    float map[3][3], centre[3], radius2[2];
+    int rows;     // even: how many axes; else of the map, that are not zero
+    int axes[3];  // even: which
+    Slab slabs[3];
+    int slab_count;
+    bool rough;
+    uint32_t operand;
+    bool solved_in_lanes;
+  };
   std::vector<Batch> batches;
+  std::vector<Single> singles;  // the operands of a single batch
   std::vector<BoxLanes> boxes;  // of the batches, eight at a time
   FrameBox result_box;
   // Of a single batch: whether a point is inside the result, by the lanes that it is inside of.
   bool inside[1 << kLanes] = {};
+  Mask8 inside_bits = {};  // the same, a bit each
 
   bool usable() const { return !batches.empty(); }
 };

@@ -1,6 +1,6 @@
 #include <set>
 
-#include "scene/scene.h"
+#include "scene/plain_scene.h"
 
 namespace tilecast {
 
@@ -95,6 +95,7 @@ std::vector<std::string> find_features(const Scene& scene) {
 }
 
 std::string kernel_name(const Scene& scene) {
+  if (PlainScene::of(scene)) return std::string(name_of(scene.integrator)) + ", all objects, four paths at a time";
   return std::string(name_of(scene.integrator)) + ", " + scene.accelerator.kind + ", scalar";
 }
 

@@ -11,7 +11,7 @@ struct Leaf {
   double error;
 };
 
-Leaf at_leaf(const Scene& scene, const Object& object, const Ray& ray, const Hit& hit, uint64_t face) {
+[[gnu::always_inline]] inline Leaf at_leaf(const Scene& scene, const Object& object, const Ray& ray, const Hit& hit, uint64_t face) {
   Vec3 p = ray.at(hit.t);
   switch (kind_of(object)) {
     case Kind::Mesh: {
@@ -77,22 +77,17 @@ Vec3 mapped_normal(const Vec3& map, const Vec3& n, const Vec3& du, const Vec3& d
                                          to_world * found.du, to_world * found.dv);
 }
 
-}  // namespace
-
-Surface resolve(const Scene& scene, const Ray& ray, const Hit& hit) {
-  uint64_t primitive = hit.primitive;
-  int material = kInherit;
-  Ray local = ray;
-  Affine product;       // of the transforms down to the object, where there is more than one
+// An object's transforms on the way down to it, put together.
+struct Placed {
+  Affine product;       // where there is more than one
   glm::dmat3 inverse;
   const Affine* to_world = &product;
   const glm::dmat3* to_local = &inverse;
   bool turned = false;  // or scaled; otherwise the product's offset is all there is
   double stretch = std::sqrt(3.0);  // of the identity, in the same norm
   double offsets = 0.0;  // magnitudes that the transforms added and took away
-  const Object& object = descend<true>(scene, primitive, [&](const Instance& instance) {
-    if (instance.material != kInherit) material = instance.material;
-    local = instance.local(local);
+
+  [[gnu::always_inline]] void enter(const Instance& instance) {
     offsets += stretch * max_abs(instance.to_parent.offset);
     if (turned && !instance.turned) {
       product = {to_world->linear, to_world->point(instance.to_parent.offset)};
@@ -114,21 +109,69 @@ Surface resolve(const Scene& scene, const Ray& ray, const Hit& hit) {
     } else {
       product.offset += instance.to_parent.offset;
     }
-  });
-  Leaf leaf = at_leaf(scene, object, local, hit, primitive);
+  }
+};
+
+// P: a Placed or a Way.
+template <class P>
+[[gnu::always_inline]] inline Surface surface_of(const Scene& scene, const Object& object, const P& placed, const Material& material,
+                          const Ray& ray, const Ray& local, const Hit& hit, uint64_t face) {
+  Leaf leaf = at_leaf(scene, object, local, hit, face);
   Surface surface;
-  surface.point = turned ? to_world->point(leaf.point) : leaf.point + product.offset;
-  surface.material = &scene.materials[material == kInherit ? 0 : material];
-  surface.error = stretch * (leaf.error + 16 * kUnitRoundoff * max_abs(leaf.point)) +
-                  16 * kUnitRoundoff * (max_abs(surface.point) + offsets);
-  Vec3 normal = turned ? leaf.normal * *to_local : leaf.normal;
+  surface.point = placed.turned ? placed.to_world->point(leaf.point) : leaf.point + placed.product.offset;
+  surface.material = &material;
+  surface.error = placed.stretch * (leaf.error + 16 * kUnitRoundoff * max_abs(leaf.point)) +
+                  16 * kUnitRoundoff * (max_abs(surface.point) + placed.offsets);
+  Vec3 normal = placed.turned ? leaf.normal * *placed.to_local : leaf.normal;
   double largest = max_abs(normal);
   surface.normal = largest > 0.0 ? glm::normalize(normal * power_below_reciprocal(largest)) : -glm::normalize(ray.direction);
   const bool flipped = (glm::dot(surface.normal, ray.direction) > 0.0) == hit.entering;
   if (flipped) surface.normal = -surface.normal;
   if (built_with("texture") && surface.material->textured)
-    place_textures(scene, object, hit, primitive, leaf, turned ? to_world->linear : glm::dmat3(1.0), flipped, surface);
+    place_textures(scene, object, hit, face, leaf, placed.turned ? placed.to_world->linear : glm::dmat3(1.0), flipped, surface);
   return surface;
+}
+
+}  // namespace
+
+Surface resolve(const Scene& scene, const Ray& ray, const Hit& hit) {
+  uint64_t primitive = hit.primitive;
+  int material = kInherit;
+  Ray local = ray;
+  Placed placed;
+  const Object& object = descend<true>(scene, primitive, [&](const Instance& instance) {
+    if (instance.material != kInherit) material = instance.material;
+    local = instance.local(local);
+    placed.enter(instance);
+  });
+  return surface_of(scene, object, placed, scene.materials[material == kInherit ? 0 : material], ray, local, hit, primitive);
+}
+
+void Ways::find(uint64_t primitive, Way& way) const {
+  way.primitive = way.face = primitive;
+  way.count = 0;
+  int material = kInherit;
+  Placed placed;
+  bool room = true;
+  way.object = &descend<true>(scene_, way.face, [&](const Instance& instance) {
+    if (instance.material != kInherit) material = instance.material;
+    placed.enter(instance);
+    room &= way.count < static_cast<int>(std::size(way.instances));
+    if (room) way.instances[way.count++] = &instance;
+  });
+  if (!room) way.count = 0;
+  way.material = &scene_.materials[material == kInherit ? 0 : material];
+  way.product = placed.product, way.inverse = placed.inverse;
+  way.to_world = placed.to_world == &placed.product ? &way.product : placed.to_world;
+  way.to_local = placed.to_local == &placed.inverse ? &way.inverse : placed.to_local;
+  way.turned = placed.turned, way.stretch = placed.stretch, way.offsets = placed.offsets;
+}
+
+Surface Ways::resolve(const Way& way, const Ray& ray, const Hit& hit) const {
+  if (way.count == 0) return tilecast::resolve(scene_, ray, hit);
+  Ray local = ray;
+  for (int i = 0; i < way.count; ++i) local = way.instances[i]->local(local);
+  return surface_of(scene_, *way.object, way, *way.material, ray, local, hit, way.face);
 }
 
 }  // namespace tilecast

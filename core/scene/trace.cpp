@@ -5,6 +5,7 @@
 #include "scene/csg_search.h"
 #include "scene/descend.h"
 #include "scene/float_line.h"
+#include "scene/trace_object.h"
 
 namespace tilecast {
 namespace {
@@ -254,6 +255,16 @@ Hit closest(const Scene& scene, const Ray& ray, Cost& cost) {
 }
 
 }  // namespace
+
+void closest(const Scene& scene, const Object& object, const Ray& ray, uint64_t base, Hit& best) {
+  NoCost free;
+  closest(scene, object, ray, base, best, free);
+}
+
+bool occluded(const Scene& scene, const Object& object, const Ray& ray) {
+  uint64_t ignored;
+  return occluded(scene, object, ray, 0, ignored);
+}
 
 Hit closest(const Scene& scene, const Ray& ray) {
   NoCost free;

@@ -34,6 +34,21 @@ TEST(Camera, OrthographicRaysAreParallel) {
   }
 }
 
+TEST(Camera, FindsTheImagePointsOfWhatItSees) {
+  for (const Camera& camera : {Camera::perspective(kView, 50.0), Camera::orthographic(kView, 6.0)})
+    for (Vec2 p : {Vec2(2, 1), Vec2(0, 0), Vec2(3.25, 1.75), Vec2(-7, 20)})
+      for (double t : {1e-3, 1.0, 1e3}) {
+        Vec2 found;
+        ASSERT_TRUE(camera.image_point(camera.ray(p.x, p.y).at(t), found));
+        EXPECT_NEAR(found.x, p.x, 1e-9);
+        EXPECT_NEAR(found.y, p.y, 1e-9);
+        EXPECT_FALSE(camera.image_point(camera.ray(p.x, p.y).at(-t), found));
+      }
+  Vec2 ignored;
+  EXPECT_FALSE(Camera::panorama(kView).image_point(Vec3(0), ignored));
+  EXPECT_FALSE(Camera::thin_lens(kView, 50.0, 0.1, 3.0).image_point(Vec3(0), ignored));
+}
+
 // At a distance d the rays of one image point fill a disk of radius aperture |d - f| / f: the circle of confusion.
 TEST(Camera, ALensBlursWhatIsOutOfFocus) {
   const double aperture = 0.25, focus = 4.0;

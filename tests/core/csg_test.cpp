@@ -2,6 +2,7 @@
 
 #include "base/counters.h"
 #include "scene/csg.h"
+#include "scene/packet.h"
 #include "scene/surface.h"
 #include "stress/scenes.h"
 #include "stress/shapes.h"
@@ -153,6 +154,97 @@ TEST(Csg, FindsWhatTheWalkAlongTheWholeLineFindsBitForBit) {
       expect_first_of_line(*scene, {resolve(*scene, ray, hit).spawn(direction), direction});
       if (testing::Test::HasFailure()) FAIL() << "tree " << tree << ", ray " << i;
     }
+  }
+}
+
+// Many rays at once get what each gets alone: all of the hit, to the last bit.
+void expect_as_alone(const Scene& scene, const std::vector<Ray>& rays) {
+  std::vector<Hit> hits(rays.size());
+  std::unique_ptr<bool[]> found = std::make_unique<bool[]>(rays.size());
+  closest(scene, rays, hits.data());
+  occluded(scene, rays, found.get());
+  for (size_t i = 0; i < rays.size(); ++i) {
+    const Hit hit = closest(scene, rays[i]);
+    ASSERT_EQ(hits[i].primitive, hit.primitive);
+    ASSERT_EQ(std::bit_cast<uint64_t>(hits[i].t), std::bit_cast<uint64_t>(hit.t));
+    ASSERT_EQ(hits[i].entering, hit.entering);
+    ASSERT_EQ(hits[i].u, hit.u);
+    ASSERT_EQ(hits[i].v, hit.v);
+    ASSERT_EQ(found[i], occluded(scene, rays[i]));
+  }
+}
+
+// From about one place, in about one direction, by so much.
+std::vector<Ray> rays_about(Random& random, const Ray& middle, double by, int count) {
+  std::uniform_real_distribution<double> unit(-by, by);
+  std::vector<Ray> rays;
+  for (int i = 0; i < count; ++i) {
+    Ray ray = middle;
+    for (int k = 0; k < 3; ++k) ray.origin[k] += unit(random), ray.direction[k] += unit(random);
+    rays.push_back(ray);
+  }
+  return rays;
+}
+
+// The rays themselves, and what goes on where they end: off the surface, on behind it, back, and as far as to it.
+void expect_as_alone_and_after(const Scene& scene, Random& random, const std::vector<Ray>& rays) {
+  expect_as_alone(scene, rays);
+  std::vector<Ray> spawned, behind, ended, parallel;
+  const Vec3 direction = random_direction(random);
+  for (const Ray& ray : rays) {
+    const Hit hit = closest(scene, ray);
+    if (!hit.found()) continue;
+    const Surface surface = resolve(scene, ray, hit);
+    const Vec3 towards = random() % 4 ? Vec3(20.0, 30.0, 10.0) - surface.point : -ray.direction;
+    spawned.push_back({surface.spawn(towards), towards, 0.0, 1.0});
+    parallel.push_back({surface.spawn(direction), direction});
+    behind.push_back({ray.origin, ray.direction, hit.t, random() % 2 ? kInfinity : 2.0 * std::fabs(hit.t)});
+    ended.push_back({ray.origin, ray.direction, 0.0, random() % 2 ? hit.t : std::nextafter(hit.t, 0.0)});
+  }
+  for (const std::vector<Ray>* more : {&spawned, &behind, &ended, &parallel}) expect_as_alone(scene, *more);
+}
+
+TEST(Csg, GivesManyRaysAtOnceWhatEachGetsAlone) {
+  Random random(4);
+  for (int tree = 0; tree < 400; ++tree) {
+    SceneBuilder builder;
+    std::vector<InstanceSource> instances;
+    const int count = std::array{1, 2, 7, 60}[tree % 4];
+    const uint32_t roots[] = {random_tree(builder, random, 2 + random() % 7), random_tree(builder, random, 2 + random() % 7)};
+    for (int i = 0; i < count; ++i) {
+      const Affine place = i % 3 ? translate(3.0 * random_direction(random)) : random_affine(random);
+      instances.push_back({roots[random() % 2], count > 1 ? place : random() % 2 ? random_affine(random) : Affine{}});
+    }
+    if (tree % 3 == 0) instances.push_back({builder.add_rectangle(9.0, 9.0), translate({0.0, -0.5, 0.0})});
+    if (tree % 11 == 0) instances.push_back({builder.add_solid(Torus{0.7, 0.2}), random_affine(random)});
+    if (tree % 13 == 0) instances.push_back({builder.add_mesh(icosphere(2).build(), "auto"), random_affine(random)});
+    auto scene = scene_of(builder, instances);
+    for (int i = 0; i < 20; ++i) {
+      Ray middle = random_ray(random, i % 3 ? 3.0 : 0.7);
+      if (i % 5 == 0) middle.direction[random() % 3] = 0.0;
+      if (i % 11 == 0) middle.origin -= 1e6 * middle.direction;
+      if (i % 13 == 0) middle.direction *= 0x1p40;
+      expect_as_alone_and_after(*scene, random, rays_about(random, middle, std::array{0.0, 1e-6, 1e-2, 1.0}[i % 4], 1 + random() % 29));
+      if (HasFatalFailure()) FAIL() << "tree " << tree << ", rays " << i;
+    }
+  }
+}
+
+TEST(Csg, GivesManyRaysAtOnceWhatEachGetsAloneWhereNumbersAreExtreme) {
+  SceneBuilder builder;
+  uint32_t block = builder.add_solid(Block{Vec3(-1), Vec3(1)}), drill = builder.add_solid(Cylinder{0.5, 4.0});
+  uint32_t part = builder.add_csg(CsgOperation::Difference, {{block, Affine{}}, {drill, Affine{}}});
+  auto scene = scene_of(builder, {{part, Affine{}}, {part, translate({1e6, 0, 0})}, {part, translate({2, 0, 0})}});
+  const double odd[] = {0.0, -0.0, 1.0, -1.0, 1e-320, 1e300, kInfinity, std::nan(""), 0x1p-60, 0.5};
+  Random random(5);
+  for (int i = 0; i < 20000; ++i) {
+    std::vector<Ray> rays(8);
+    for (Ray& ray : rays) {
+      for (int k = 0; k < 3; ++k) ray.origin[k] = odd[random() % std::size(odd)], ray.direction[k] = odd[random() % std::size(odd)];
+      ray.t_min = random() % 4 ? 0.0 : 0.5, ray.t_max = random() % 2 ? kInfinity : 1.0;
+    }
+    expect_as_alone(*scene, rays);
+    if (HasFatalFailure()) FAIL() << i;
   }
 }
 

@@ -133,5 +133,48 @@ TEST(WideBvh, LargeBatchesOutOfOrderAnswerAsSingleRays) {
   }
 }
 
+TEST(WideBvh, BatchesOfAnySizeAnswerAsSingleRays) {
+  stress::Random random(8);
+  AcceleratedMesh mesh(tangle(random).build(), "bvh");
+  std::vector<Ray> rays(200);
+  for (Ray& ray : rays) ray = {0.5 * stress::random_direction(random), stress::random_direction(random)};
+  NoCost free;
+  for (size_t count : {1, 3, 15, 16, 17, 63, 64, 65, 127, 200}) {
+    const FaceHit untouched{.t = -1.0, .face = 77};
+    std::vector<FaceHit> hits(rays.size() + 1, untouched);
+    mesh.closest(std::span(rays).first(count), hits.data());
+    for (size_t i = 0; i < count; ++i) ASSERT_TRUE(same(hits[i], mesh.closest(rays[i], free))) << count << ", " << i;
+    ASSERT_TRUE(same(hits[count], untouched)) << count;
+  }
+}
+
+// Boxes one in another, which meet in a corner: from there, lines meet the innermost first, and all the others wait, which
+// are more than a stream has room for.
+TEST(WideBvh, NestedBoxesAnswerAsBruteForce) {
+  MeshSource source;
+  for (uint32_t i = 0; i < 1000; ++i) {
+    const double r = std::exp2(-0.02 * i);
+    for (const Vec3& p : {Vec3(r, 0, 0), Vec3(0, r, 0), Vec3(0, 0, r)}) source.vertices.push_back(p);
+    source.faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  AcceleratedMesh mesh(source.build(), "bvh");
+  stress::Random random(9);
+  std::uniform_real_distribution<double> unit(0, 1);
+  std::vector<Ray> rays;
+  for (int i = 0; i < 300; ++i) {  // there and back, so that they do not go as packets
+    const Vec3 along = (i & 1 ? -1.0 : 1.0) * Vec3(unit(random), unit(random), unit(random));
+    rays.push_back({1e-6 * unit(random) - 4.0 * along, along});
+  }
+  std::vector<FaceHit> hits(rays.size());
+  std::vector<uint32_t> faces(rays.size());
+  mesh.closest(rays, hits.data());
+  mesh.occluded(rays, faces.data());
+  for (size_t i = 0; i < rays.size(); ++i) {
+    const FaceHit expected = brute_force(mesh.mesh(), rays[i]);
+    ASSERT_TRUE(same(hits[i], expected)) << i;
+    ASSERT_EQ(faces[i] != FaceHit::kNone, expected.face != FaceHit::kNone) << i;
+  }
+}
+
 }  // namespace
 }  // namespace tilecast

@@ -11,6 +11,7 @@ from functools import cached_property
 MOST_IN_RANGE = 1024  # samples; longer chunks would make pausing and retrying coarse
 _CHUNK_SAMPLES = 2**20  # of a whole chunk: about a second of one core
 _SMALLEST_TILE, _LARGEST_TILE, _MANY_TILES = 16, 128, 64
+_SHORT_CHUNK, _FEWEST_TILES = 2**15, 16  # samples: a few milliseconds where paths are cheap, so that sharing out costs
 _LARGEST_ADAPTIVE, _MOST_ADAPTIVE = 64, 4096
 
 
@@ -116,7 +117,7 @@ class Plan:
 def make_plan(width: int, height: int, samples: int, tile_size: int | None = None, adaptive: bool = False) -> Plan:
     """The plan of an image of width x height pixels with `samples` for each. The tile size only decides how
     the work is cut; without one, it is the largest power of two from 16 to 128 that keeps chunks near a
-    second and leaves some 64 tiles to share out. Adaptive sampling decides by tiles: theirs is the smallest from
+    second and leaves some 64 tiles to share out, or 16 where chunks would be short. Adaptive sampling decides by tiles: theirs is the smallest from
     16 to 64 that makes no more than 4096 of them."""
     if min(width, height, samples) < 1 or (tile_size is not None and tile_size < 1):
         raise ValueError(f"an image needs at least one pixel, sample and pixel a tile, got {width} x {height}, "
@@ -129,6 +130,7 @@ def make_plan(width: int, height: int, samples: int, tile_size: int | None = Non
         longest = max(count for _, count in Plan(width, height, samples, _LARGEST_TILE).ranges)
         pixels = min(_CHUNK_SAMPLES / longest, width * height / _MANY_TILES)
         tile_size = _SMALLEST_TILE
-        while tile_size < _LARGEST_TILE and (2 * tile_size) ** 2 <= pixels:
+        few = min(_SHORT_CHUNK / longest, width * height / _FEWEST_TILES)
+        while tile_size < _LARGEST_TILE and (2 * tile_size) ** 2 <= max(pixels, few):
             tile_size *= 2
     return Plan(width, height, samples, tile_size)

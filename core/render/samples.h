@@ -1,0 +1,60 @@
+// The samples of pixels, one at a time: what all faster ways must agree with, bit for bit.
+#pragma once
+
+#include "base/error.h"
+#include "render/camera_sample.h"
+#include "render/lamps_in_view.h"
+
+namespace tilecast {
+
+class Samples {
+ public:
+  explicit Samples(const Scene& scene) : scene_(scene), media_(media_at(scene, scene.camera.position())), lamps_(scene) {}
+
+  const Scene& scene() const { return scene_; }
+  RayCounts& rays() { return tracing_.counts; }
+  Tracing& tracing() { return tracing_; }
+
+  // What is around a camera ray's origin.
+  Media media(const Ray& ray) const { return many_origins_ ? media_at(scene_, ray.origin) : media_; }
+
+  // Whether the pixel's samples look for lamps apart.
+  bool looks_for_lamps(int x, int y) const { return in_vacuum_ && lamps_.at(x, y); }
+
+  // Radiance, weighed by the filter.
+  Rgb take(uint32_t x, uint32_t y, uint32_t sample, bool lamps) {
+    double weight;
+    const Rgb value = take(x, y, sample, weight, lamps ? Seen::Apart : Seen::ByPath);
+    return lamps ? weight * value + look(x, y, sample) : weight * value;
+  }
+
+  // Radiance, and what the filter weighs it by.
+  Rgb take(uint32_t x, uint32_t y, uint32_t sample, double& weight, Seen seen = Seen::ByPath) {
+    Sampler sampler(x, y, sample, scene_.seed, scene_.sampling);
+    const CameraSample at = sample_camera(scene_, x, y, sampler);
+    const Rgb value = many_origins_ ? radiance(scene_, at.ray, media_at(scene_, at.ray.origin), sampler, tracing_, seen)
+                                    : radiance(scene_, at.ray, media_, sampler, tracing_, seen);
+    weight = at.weight;
+    check(weight * value, x, y, sample);
+    return value;
+  }
+
+  // The part of a sample that looks for lamps apart from its path.
+  Rgb look(uint32_t x, uint32_t y, uint32_t sample) { return LampsInView::look(scene_, x, y, sample, tracing_); }
+
+  void check(const Rgb& value, uint32_t x, uint32_t y, uint32_t sample) const {
+    if (!is_finite(value))
+      throw SampleError("a sample is not finite: pixel (" + std::to_string(x) + ", " + std::to_string(y) + "), sample " +
+                        std::to_string(sample) + ", seed " + std::to_string(scene_.seed));
+  }
+
+ private:
+  const Scene& scene_;
+  const Media media_;  // at the camera
+  LampsInView lamps_;
+  const bool many_origins_ = built_with("dielectric") && scene_.camera.has_extent() && scene_.dielectrics;
+  const bool in_vacuum_ = media_.empty() && !many_origins_;  // where all camera rays start
+  Tracing tracing_;
+};
+
+}  // namespace tilecast

@@ -1,0 +1,54 @@
+// A scene of few rectangles and boxes that scatter like chalk, in tables: what paths through it are traced by four at a
+// time (integrators/plain_paths.h). All surfaces are flat faces, so that what a hit means is looked up.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "scene/scene.h"
+
+namespace tilecast {
+
+struct PlainScene {
+  static constexpr size_t kMostObjects = 16;  // all are asked, without boxes around them
+
+  // A rectangle, or a box whose six faces follow each other.
+  struct Shape {
+    bool box;
+    double to_local[3][3];  // [coordinate]: what the components of a vector count for it
+    double origin[3];
+    double lo[3], hi[3];    // of a rectangle x and z alone
+    int64_t face;
+  };
+  // In rows of four, as many are loaded at once.
+  struct alignas(32) Face {
+    struct Row {
+      double m[3], offset;
+    };
+    Row to_local[3], to_world[3];  // to_local: what is taken away first
+    double normal[3], stretch;     // outward, world space
+    double reflectance[3], leaf_error;  // leaf_error: of a point, relative to its coordinates
+    uint64_t across[3];            // all bits: the coordinate in which the face lies,
+    double offsets;
+    double plane[3];               // and where
+    double area;                   // of the light that it is; 0: of none that is sampled
+    double emission[3], emits;     // emits: 1 or 0
+  };
+  static constexpr int kRows = sizeof(Face) / (4 * sizeof(double));
+
+  // The one light, if any is sampled.
+  struct Lamp {
+    Vec3 origin, edge1, edge2, normal, end;  // end: from a point of it to where shadow rays end
+    double area, probability;
+    Rgb radiance;
+  };
+
+  std::vector<Shape> shapes;  // in the order of their primitives
+  std::vector<Face> faces;
+  std::optional<Lamp> lamp;
+
+  // Nothing where the scene is not of this kind.
+  static std::optional<PlainScene> of(const Scene& scene);
+};
+
+}  // namespace tilecast
