@@ -10,7 +10,9 @@
 
 namespace tilecast {
 
-inline uint32_t hash_mix(uint32_t x) {  // Wellons, lowbias32
+// Wellons, lowbias32. Of uint32_t, or of a vector of them.
+template <class Uint>
+inline Uint hash_mix(Uint x) {
   x ^= x >> 16;
   x *= 0x21f0aaadu;
   x ^= x >> 15;
@@ -18,7 +20,35 @@ inline uint32_t hash_mix(uint32_t x) {  // Wellons, lowbias32
   x ^= x >> 15;
   return x;
 }
-inline uint32_t hash_combine(uint32_t a, uint32_t b) { return hash_mix(a ^ hash_mix(b + 0x9e3779b9u)); }
+template <class Uint>
+inline Uint hash_combine(Uint a, Uint b) {
+  return hash_mix(a ^ hash_mix(b + 0x9e3779b9u));
+}
+
+namespace sobol {
+
+// Permutes so that each bit depends on lower bits alone: an Owen scramble of the reversed number.
+template <class Uint>
+inline Uint permute(Uint x, Uint seed) {
+  x ^= x * 0x3d20adeau;
+  x += seed;
+  x *= (seed >> 16) | 1u;
+  x ^= x * 0x05526c56u;
+  x ^= x * 0x53a22864u;
+  return x;
+}
+// The second dimension, reversed: the Pascal matrix modulo 2, a product of five shears.
+template <class Uint>
+inline Uint second_dimension(Uint x) {
+  x ^= (x & 0xaaaaaaaau) >> 1;
+  x ^= (x & 0xccccccccu) >> 2;
+  x ^= (x & 0xf0f0f0f0u) >> 4;
+  x ^= (x & 0xff00ff00u) >> 8;
+  x ^= (x & 0xffff0000u) >> 16;
+  return x;
+}
+
+}  // namespace sobol
 
 enum class Sampling : uint8_t { Sobol, Independent };
 inline constexpr const char* kSamplingNames[]{"sobol", "independent"};
@@ -38,14 +68,14 @@ class Sampler {
   // Uniform in [0, 1).
   double next1() {
     uint32_t key = next_key();
-    return to_unit(reverse(permute(shuffled(key), hash_mix(key + 1))));
+    return to_unit(reverse(sobol::permute(shuffled(key), hash_mix(key + 1))));
   }
   // Uniform in [0, 1)^2; Sobol points are well spread over the samples of a pixel.
   Vec2 next2() {
     uint32_t key = next_key();
     uint32_t i = shuffled(key);
-    return {to_unit(reverse(permute(i, hash_mix(key + 1)))),
-            to_unit(reverse(permute(second_dimension(i), hash_mix(key + 2))))};
+    return {to_unit(reverse(sobol::permute(i, hash_mix(key + 1)))),
+            to_unit(reverse(sobol::permute(sobol::second_dimension(i), hash_mix(key + 2))))};
   }
 
   // As it stands after so many calls; of what index() and key() tell.
@@ -64,28 +94,10 @@ class Sampler {
     x = ((x >> 2) & 0x33333333u) | ((x & 0x33333333u) << 2);
     return ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);
   }
-  // Permutes so that each bit depends on lower bits alone: an Owen scramble of the reversed number.
-  static uint32_t permute(uint32_t x, uint32_t seed) {
-    x ^= x * 0x3d20adeau;
-    x += seed;
-    x *= (seed >> 16) | 1u;
-    x ^= x * 0x05526c56u;
-    x ^= x * 0x53a22864u;
-    return x;
-  }
-  // Sobol's second dimension, reversed: the Pascal matrix modulo 2, a product of five shears.
-  static uint32_t second_dimension(uint32_t x) {
-    x ^= (x & 0xaaaaaaaau) >> 1;
-    x ^= (x & 0xccccccccu) >> 2;
-    x ^= (x & 0xf0f0f0f0u) >> 4;
-    x ^= (x & 0xff00ff00u) >> 8;
-    x ^= (x & 0xffff0000u) >> 16;
-    return x;
-  }
   static double to_unit(uint32_t x) { return x * 0x1p-32; }
   uint32_t next_key() { return hash_combine(key_, dimension_++); }
   // The order of the points is shuffled apart for each pair of dimensions.
-  uint32_t shuffled(uint32_t key) const { return reverse(permute(index_, key)); }
+  uint32_t shuffled(uint32_t key) const { return reverse(sobol::permute(index_, key)); }
 
   uint32_t index_, key_, dimension_ = 0;
 };

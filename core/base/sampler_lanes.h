@@ -47,7 +47,7 @@ class SamplerLanes {
   SamplerLanes(Uint x, Uint y, Uint sample, uint32_t seed, Sampling sampling) {
     const bool sobol = sampling == Sampling::Sobol;
     index_ = sobol ? lanes::reverse(sample >> 1) : Uint{};
-    key_ = combine(combine(combine(Uint{} + tilecast::hash_mix(seed), x), y), sobol ? sample & 1 : sample);
+    key_ = hash_combine(hash_combine(hash_combine(Uint{} + hash_mix(seed), x), y), sobol ? sample & 1 : sample);
   }
 
   Uint index() const { return index_; }
@@ -58,42 +58,17 @@ class SamplerLanes {
   // What Sampler would give next after so many calls.
   Double next1(uint32_t dimension) const {
     const Uint key = key_of(dimension);
-    return lanes::to_unit(lanes::reverse(permute(shuffled(key), hash_mix(key + 1))));
+    return lanes::to_unit(lanes::reverse(sobol::permute(shuffled(key), hash_mix(key + 1))));
   }
   void next2(uint32_t dimension, Double& x, Double& y) const {
     const Uint key = key_of(dimension), i = shuffled(key);
-    x = lanes::to_unit(lanes::reverse(permute(i, hash_mix(key + 1))));
-    y = lanes::to_unit(lanes::reverse(permute(second_dimension(i), hash_mix(key + 2))));
+    x = lanes::to_unit(lanes::reverse(sobol::permute(i, hash_mix(key + 1))));
+    y = lanes::to_unit(lanes::reverse(sobol::permute(sobol::second_dimension(i), hash_mix(key + 2))));
   }
 
  private:
-  static Uint hash_mix(Uint x) {
-    x ^= x >> 16;
-    x *= 0x21f0aaadu;
-    x ^= x >> 15;
-    x *= 0x735a2d97u;
-    x ^= x >> 15;
-    return x;
-  }
-  static Uint combine(Uint a, Uint b) { return hash_mix(a ^ hash_mix(b + 0x9e3779b9u)); }
-  static Uint permute(Uint x, Uint seed) {
-    x ^= x * 0x3d20adeau;
-    x += seed;
-    x *= (seed >> 16) | 1u;
-    x ^= x * 0x05526c56u;
-    x ^= x * 0x53a22864u;
-    return x;
-  }
-  static Uint second_dimension(Uint x) {
-    x ^= (x & 0xaaaaaaaau) >> 1;
-    x ^= (x & 0xccccccccu) >> 2;
-    x ^= (x & 0xf0f0f0f0u) >> 4;
-    x ^= (x & 0xff00ff00u) >> 8;
-    x ^= (x & 0xffff0000u) >> 16;
-    return x;
-  }
-  Uint key_of(uint32_t dimension) const { return hash_mix(key_ ^ tilecast::hash_mix(dimension + 0x9e3779b9u)); }
-  Uint shuffled(Uint key) const { return lanes::reverse(permute(index_, key)); }
+  Uint key_of(uint32_t dimension) const { return hash_mix(key_ ^ hash_mix(dimension + 0x9e3779b9u)); }  // hash_combine
+  Uint shuffled(Uint key) const { return lanes::reverse(sobol::permute(index_, key)); }
 
   Uint index_, key_;
 };
