@@ -112,7 +112,7 @@ Rgb trace(const Scene& scene, Ray ray, MediaOf<kPassable> media, Sampler& sample
     double strength = max_component(throughput) * scale;
     if (!(strength > 0.0)) break;
     if (depth >= kRouletteDepth && scene.roulette) {
-      double survival = std::min(1.0, kRouletteScale * strength);
+      double survival = std::min(1.0, strength);
       if (sampler.next1() >= survival) break;
       throughput /= survival;
     }

@@ -248,7 +248,7 @@ uint32_t PlainPaths::segment(uint32_t first, uint32_t to, uint32_t live, RayCoun
   const Double4 strength = max_component(throughput);
   Mask4 on = (wi.z > 0.0) & (strength > 0.0);
   if (depth_ >= kRouletteDepth && scene_.roulette) {
-    const Double4 survival = min(all(1.0), kRouletteScale * strength);
+    const Double4 survival = min(all(1.0), strength);
     on &= sampler.next1(dimension++) < survival;
     throughput = throughput / survival;
   }
