@@ -158,7 +158,9 @@ class Packet {
 }  // namespace
 
 bool has_lanes(const Scene& scene) {
-  return built_with("csg") && std::any_of(scene.csgs.begin(), scene.csgs.end(), [](const Csg& csg) { return has_lanes(csg); });
+  // Of many operands, too: what is drawn, brought into its space and shaded together then costs less.
+  return built_with("csg") &&
+         std::any_of(scene.csgs.begin(), scene.csgs.end(), [](const Csg& csg) { return csg.filter.usable(); });
 }
 
 void closest(const Scene& scene, std::span<const Ray> rays, Hit* hits) {

@@ -8,7 +8,7 @@
 
 namespace tilecast {
 
-// Whether it pays to ask for many at once.
+// Whether it pays to ask for many at once: where the scene has a CSG of solids.
 bool has_lanes(const Scene& scene);
 
 void closest(const Scene& scene, std::span<const Ray> rays, Hit* hits);

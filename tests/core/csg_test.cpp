@@ -210,7 +210,7 @@ TEST(Csg, GivesManyRaysAtOnceWhatEachGetsAlone) {
     SceneBuilder builder;
     std::vector<InstanceSource> instances;
     const int count = std::array{1, 2, 7, 60}[tree % 4];
-    const uint32_t roots[] = {random_tree(builder, random, 2 + random() % 7), random_tree(builder, random, 2 + random() % 7)};
+    const uint32_t roots[] = {random_tree(builder, random, 2 + random() % 7), random_tree(builder, random, 2 + random() % (tree % 5 ? 7 : 40))};
     for (int i = 0; i < count; ++i) {
       const Affine place = i % 3 ? translate(3.0 * random_direction(random)) : random_affine(random);
       instances.push_back({roots[random() % 2], count > 1 ? place : random() % 2 ? random_affine(random) : Affine{}});
