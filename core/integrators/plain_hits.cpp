@@ -7,7 +7,7 @@ using Shape = PlainScene::Shape;
 
 // A coordinate in the object's space, of a vector of world space.
 Double4 local(const Shape& shape, int i, const Vec3x4& v) {
-  return fma(all(shape.to_local[i][0]), v.x, fma(all(shape.to_local[i][1]), v.y, all(shape.to_local[i][2]) * v.z));
+  return fma(shape.to_local[i][0], v.x, fma(shape.to_local[i][1], v.y, shape.to_local[i][2] * v.z));
 }
 
 // Where a line is inside a box: Block's.

@@ -61,22 +61,22 @@ std::optional<PlainScene> PlainScene::of(const Scene& scene) {
     if (!is_chalk(material)) return {};
     Shape plain{};
     for (int c = 0; c < 3; ++c) {
-      for (int k = 0; k < 3; ++k) plain.to_local[c][k] = instance.to_local.linear[k][c];
-      plain.origin[c] = instance.to_local.origin[c];
+      for (int k = 0; k < 3; ++k) plain.to_local[c][k] = all(instance.to_local.linear[k][c]);
+      plain.origin[c] = all(instance.to_local.origin[c]);
     }
     plain.face = static_cast<int64_t>(out.faces.size());
     if (object.kind == Kind::Flat) {
       const Rectangle* rectangle = std::get_if<Rectangle>(&scene.flats[object.index]);
       if (!rectangle) return {};
-      plain.lo[0] = -0.5 * rectangle->width, plain.hi[0] = 0.5 * rectangle->width;
-      plain.lo[2] = -0.5 * rectangle->depth, plain.hi[2] = 0.5 * rectangle->depth;
+      plain.lo[0] = all(-0.5 * rectangle->width), plain.hi[0] = all(0.5 * rectangle->width);
+      plain.lo[2] = all(-0.5 * rectangle->depth), plain.hi[2] = all(0.5 * rectangle->depth);
       out.faces.push_back(face_of(instance, material, 1, 0.0, Vec3(0.0, 1.0, 0.0), 0.0));
       if (sampled && lights.find(group.first_primitive[i]) >= 0) out.faces.back().area = lights.areas[0].area();
     } else if (object.kind == Kind::Solid) {
       const Block* block = std::get_if<Block>(&scene.solids[object.index]);
       if (!block) return {};
       plain.box = true;
-      for (int c = 0; c < 3; ++c) plain.lo[c] = block->lo[c], plain.hi[c] = block->hi[c];
+      for (int c = 0; c < 3; ++c) plain.lo[c] = all(block->lo[c]), plain.hi[c] = all(block->hi[c]);
       for (int face = 0; face < Block::kFaces; ++face)
         out.faces.push_back(face_of(instance, material, face / 2, (face & 1 ? block->hi : block->lo)[face / 2],
                                     block_outward(face), 16 * kUnitRoundoff));

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/double_lanes.h"
 #include "scene/scene.h"
 
 namespace tilecast {
@@ -15,9 +16,10 @@ struct PlainScene {
   // A rectangle, or a box whose six faces follow each other.
   struct Shape {
     bool box;
-    double to_local[3][3];  // [coordinate]: what the components of a vector count for it
-    double origin[3];
-    double lo[3], hi[3];    // of a rectangle x and z alone
+    // Each number in all lanes, as it is asked for in them.
+    Double4 to_local[3][3];  // [coordinate]: what the components of a vector count for it
+    Double4 origin[3];
+    Double4 lo[3], hi[3];    // of a rectangle x and z alone
     int64_t face;
   };
   // In rows of four, as many are loaded at once.
