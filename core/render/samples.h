@@ -7,6 +7,17 @@
 
 namespace tilecast {
 
+// Whether parallel camera rays all start outside of what the scene's objects fill.
+inline bool start_outside(const Scene& scene) {
+  const Camera& camera = scene.camera;
+  const double reach = PixelFilter::radius(scene.filter.kind());  // of a pixel's samples, from its middle
+  Box origins;
+  for (double x : {-reach, camera.width() + reach})
+    for (double y : {-reach, camera.height() + reach}) origins.extend(camera.ray(x, y).origin);
+  const Box& all = scene.objects[scene.root].bounds;
+  return glm::any(glm::lessThan(origins.hi, all.lo)) || glm::any(glm::greaterThan(origins.lo, all.hi));
+}
+
 class Samples {
  public:
   explicit Samples(const Scene& scene) : scene_(scene), media_(media_at(scene, scene.camera.position())), lamps_(scene) {}
@@ -53,7 +64,7 @@ class Samples {
   const Media media_;  // at the camera
   LampsInView lamps_;
   const bool many_origins_ = built_with("dielectric") && scene_.camera.has_extent() && scene_.dielectrics;
-  const bool in_vacuum_ = media_.empty() && !many_origins_;  // where all camera rays start
+  const bool in_vacuum_ = media_.empty() && (!many_origins_ || start_outside(scene_));  // where all camera rays start
   Tracing tracing_;
 };
 

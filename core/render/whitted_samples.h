@@ -73,7 +73,7 @@ class WhittedSamples {
           x[lane] = pixel.x, y[lane] = pixel.y, sample[lane] = sample_of(i + lane);
         }
         const SamplerLanes<Uint8Lanes> samplers(x, y, sample, scene_.seed, scene_.sampling);
-        Double8 right, down, column, row;
+        Double8 right, down, column(0.0), row(0.0);
         samplers.next2(0, right, down);
         for (int lane = 0; lane < kLanes; ++lane) column.set(lane, x[lane]), row.set(lane, y[lane]);
         const Vec3Lanes directions = scene_.camera.pinhole_directions(column + right, row + down);

@@ -63,10 +63,11 @@ class Media {
       bool hidden = before && (before == &material || before->priority > material.priority);
       return {ior(material) / ior(), before, true, !hidden};
     }
-    Media outside = *this;
-    bool inside = outside.leave(&material);
-    bool hidden = inside ? outside.current() == before : before && before->priority > material.priority;
-    return {outside.ior() / ior(material), outside.current(), false, !hidden};
+    const int left = innermost(&material);
+    const Material* outside = before;
+    if (left >= 0 && left == count_ - 1) outside = left > 0 ? stack_[left - 1] : nullptr;
+    bool hidden = left >= 0 ? outside == before : before && before->priority > material.priority;
+    return {(outside ? ior(*outside) : 1.0) / ior(material), outside, false, !hidden};
   }
   // Goes through the surface of a material.
   void cross(const Material& material, bool entering) {
@@ -92,15 +93,17 @@ class Media {
     for (; i > 0 && stack_[i - 1]->priority > material->priority; --i) stack_[i] = stack_[i - 1];
     stack_[i] = material;
   }
-  // Leaves the innermost medium of this material; false where there is none.
-  bool leave(const Material* material) {
-    for (int i = count_ - 1; i >= 0; --i)
-      if (stack_[i] == material) {
-        for (; i + 1 < count_; ++i) stack_[i] = stack_[i + 1];
-        --count_;
-        return true;
-      }
-    return false;
+  // The place of the innermost medium of this material; -1 where there is none.
+  int innermost(const Material* material) const {
+    int i = count_ - 1;
+    while (i >= 0 && stack_[i] != material) --i;
+    return i;
+  }
+  void leave(const Material* material) {
+    int i = innermost(material);
+    if (i < 0) return;
+    for (; i + 1 < count_; ++i) stack_[i] = stack_[i + 1];
+    --count_;
   }
 
   const Material* stack_[kMost];  // by priority; of one priority, in the order of entering

@@ -168,5 +168,29 @@ TEST(LampsInView, AreAsBrightAsTheyAreLarge) {
   }
 }
 
+// Of parallel rays some start inside of glass, where a lamp is not seen as from outside: whether a pixel looks for lamps apart must
+// not hang on where the rays before it began.
+TEST(LampsInView, DoNotDependOnTheTile) {
+  SceneBuilder builder;
+  builder.set_camera(Camera::orthographic({Vec3(0), Vec3(0, 0, -1), Vec3(0, 1, 0), 32, 32}, 32.0));
+  const int lamp = builder.add_material({.emission = Rgb(1.0)});
+  const int tinted = builder.add_material({.kind = MaterialKind::Dielectric, .absorption = Rgb(0.05)});
+  const Affine upright = translate(Vec3(0.2, 0.1, -30)) * rotate(0.5 * kPi, Vec3(1, 0, 0));
+  auto scene = scene_of(builder, {{builder.add_rectangle(4.0, 5.0), upright, lamp},
+                                  {builder.add_solid(Sphere{1.0}), Affine{}, tinted}});
+  const int size = 32, part = 7;
+  const ChunkSums whole = render_chunk(*scene, {0, 0, size, size}, 0, 8);
+  for (int y = 0; y < size; y += part)
+    for (int x = 0; x < size; x += part) {
+      const Tile tile{x, y, std::min(part, size - x), std::min(part, size - y)};
+      const ChunkSums chunk = render_chunk(*scene, tile, 0, 8);
+      for (int half = 0; half < 2; ++half)
+        for (int row = 0; row < tile.height; ++row)
+          for (int i = 0; i < tile.width * 3; ++i)
+            ASSERT_EQ(chunk.sums[(half * tile.height + row) * tile.width * 3 + i],
+                      whole.sums[((half * size + y + row) * size + x) * 3 + i]);
+    }
+}
+
 }  // namespace
 }  // namespace tilecast
