@@ -104,7 +104,7 @@ def test_sums_of_many_chunks_do_not_stall_and_go_on_after_a_stop():
     [tile] = plan.tiles
     film, stored, values = Film(plan), Film(plan), []
     for chunk in plan.chunks():
-        values.append(0.3 * chunk.count)
+        values.append(0.7 * chunk.count)
         film.add(chunk, np.full((2, 1, 1, 3), values[-1]))
         if chunk.range == 1000:
             stored.load_tile(tile, film.save_tile(tile))
