@@ -173,6 +173,7 @@ def test_deleting_leaves_no_blobs(server):
     job = server.submit(scene(seed=4711))
     server.reach(job, "done")
     folder = server.folder / "blobs" / "jobs" / job["id"]
+    until(lambda: not (folder / "tiles").exists())  # tiles go once the commit that ended the job is safe
     assert {path.name for path in folder.iterdir()} == {"pixels.npy", "variance.npy", "thumbnail.png"}
     before = set(server.folder.glob("blobs/scenes/*"))
     server.client.delete(job["links"]["self"])
