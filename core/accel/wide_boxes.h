@@ -32,17 +32,9 @@ class WideBoxes {
     for (;;) {
       cost.step();
       const Node& node = nodes_[current];
-      alignas(32) float near[kLanes];
       Float8 from;
-      const Mask8 met_boxes = meets(node.boxes, ray, s_min, s_max, from) & (kLaneNumbers < node.count);
-      std::memcpy(near, &from, sizeof(near));
-      const int waiting = top;
-      for (uint32_t met = bits(met_boxes); met != 0; met &= met - 1) {
-        const int lane = std::countr_zero(met);
-        int at = top++;
-        for (; at > waiting && stack[at - 1].s < near[lane]; --at) stack[at] = stack[at - 1];
-        stack[at] = {near[lane], node.child[lane]};
-      }
+      const Mask8 met = meets(node.boxes, ray, s_min, s_max, from) & (kLaneNumbers < node.count);
+      push(stack, top, met, from, [&](float s, int lane) { return Entry{s, node.child[lane]}; });
       for (;;) {
         do {
           if (top == 0) return false;
@@ -69,17 +61,10 @@ class WideBoxes {
     uint32_t current = 0;
     for (;;) {
       const Node& node = nodes_[current];
-      alignas(32) float near[kLanes];
       Float8 from;
       const Mask8 met_boxes = beam.meets(node.boxes, s_max, from) & (kLaneNumbers < node.count);
-      std::memcpy(near, &from, sizeof(near));
-      const int waiting = top;
-      for (uint32_t met = bits(met_boxes); met != 0; met &= met - 1) {
-        const int lane = std::countr_zero(met);
-        int at = top++;
-        for (; at > waiting && stack[at - 1].s < near[lane]; --at) stack[at] = stack[at - 1];
-        stack[at] = {near[lane], current, static_cast<uint32_t>(lane)};
-      }
+      push(stack, top, met_boxes, from,
+           [&](float s, int lane) { return Entry{s, current, static_cast<uint32_t>(lane)}; });
       for (;;) {
         if (top == 0) return;
         const Entry entry = stack[--top];
@@ -103,6 +88,20 @@ class WideBoxes {
     uint32_t child[kLanes];  // a node's number, or kPrimitive | a primitive's
     int32_t count;
   };
+
+  // Puts a node's children that were met on the stack, entry(s, lane) each, the nearest on top.
+  template <class Entry, class Make>
+  static void push(Entry* stack, int& top, const Mask8& met, const Float8& from, Make&& entry) {
+    alignas(32) float near[kLanes];
+    std::memcpy(near, &from, sizeof(near));
+    const int waiting = top;
+    for (uint32_t left = bits(met); left != 0; left &= left - 1) {
+      const int lane = std::countr_zero(left);
+      int at = top++;
+      for (; at > waiting && stack[at - 1].s < near[lane]; --at) stack[at] = stack[at - 1];
+      stack[at] = entry(near[lane], lane);
+    }
+  }
 
   std::vector<Node> nodes_;
 };

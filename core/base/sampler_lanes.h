@@ -29,10 +29,12 @@ inline Uint4 reverse(Uint4 x) {
 }
 #endif
 
-inline Double4 to_unit(Uint4 x) { return to_double(x) * 0x1p-32; }
-inline Double8 to_unit(Uint8Lanes x) {
-  return {to_unit(__builtin_shufflevector(x, x, 0, 1, 2, 3)), to_unit(__builtin_shufflevector(x, x, 4, 5, 6, 7))};
+inline Double8 to_double(Uint8Lanes x) {
+  return {tilecast::to_double(__builtin_shufflevector(x, x, 0, 1, 2, 3)),
+          tilecast::to_double(__builtin_shufflevector(x, x, 4, 5, 6, 7))};
 }
+inline Double4 to_unit(Uint4 x) { return tilecast::to_double(x) * 0x1p-32; }
+inline Double8 to_unit(Uint8Lanes x) { return to_double(x) * 0x1p-32; }
 
 }  // namespace lanes
 

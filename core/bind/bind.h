@@ -26,10 +26,10 @@ inline void check_shape(const py::array& array, const std::vector<py::ssize_t>& 
   py::ssize_t i = 0;
   for (py::ssize_t n : shape) {
     right = right && (n < 0 || array.shape(i) == n);
-    wanted += (i++ ? ", " : "") + (n < 0 ? std::string("n") : std::to_string(n));
+    wanted.append(i++ ? ", " : "").append(n < 0 ? "n" : std::to_string(n));
   }
   if (right) return;
-  for (i = 0; i < array.ndim(); ++i) got += (i ? ", " : "") + std::to_string(array.shape(i));
+  for (i = 0; i < array.ndim(); ++i) got.append(i ? ", " : "").append(std::to_string(array.shape(i)));
   throw py::value_error(std::string(name) + ": must have shape [" + wanted + "], got [" + got + "]");
 }
 

@@ -27,7 +27,10 @@ class Samples {
   Tracing& tracing() { return tracing_; }
 
   // What is around a camera ray's origin.
-  Media media(const Ray& ray) const { return many_origins_ ? media_at(scene_, ray.origin) : media_; }
+  Media media(const Ray& ray) const { return many_medias_ ? media_at(scene_, ray.origin) : media_; }
+
+  // Whether that may differ from ray to ray.
+  bool many_medias() const { return many_medias_; }
 
   // Whether the pixel's samples look for lamps apart.
   bool looks_for_lamps(int x, int y) const { return in_vacuum_ && lamps_.at(x, y); }
@@ -43,7 +46,7 @@ class Samples {
   Rgb take(uint32_t x, uint32_t y, uint32_t sample, double& weight, Seen seen = Seen::ByPath) {
     Sampler sampler(x, y, sample, scene_.seed, scene_.sampling);
     const CameraSample at = sample_camera(scene_, x, y, sampler);
-    const Rgb value = many_origins_ ? radiance(scene_, at.ray, media_at(scene_, at.ray.origin), sampler, tracing_, seen)
+    const Rgb value = many_medias_ ? radiance(scene_, at.ray, media_at(scene_, at.ray.origin), sampler, tracing_, seen)
                                     : radiance(scene_, at.ray, media_, sampler, tracing_, seen);
     weight = at.weight;
     check(weight * value, x, y, sample);
@@ -63,8 +66,8 @@ class Samples {
   const Scene& scene_;
   const Media media_;  // at the camera
   LampsInView lamps_;
-  const bool many_origins_ = built_with("dielectric") && scene_.camera.has_extent() && scene_.dielectrics;
-  const bool in_vacuum_ = media_.empty() && (!many_origins_ || start_outside(scene_));  // where all camera rays start
+  const bool many_medias_ = built_with("dielectric") && scene_.camera.has_extent() && scene_.dielectrics;
+  const bool in_vacuum_ = media_.empty() && (!many_medias_ || start_outside(scene_));  // where all camera rays start
   Tracing tracing_;
 };
 

@@ -59,9 +59,8 @@ class WhittedSamples {
     rays_.reserve(all), medias_.reserve(all);
     auto pixel_of = [&](size_t i) { return count == 1 ? pixels[i] : pixels[i / count]; };
     auto sample_of = [&](size_t i) { return first + (count == 1 ? 0 : static_cast<uint32_t>(i % count)); };
-    const bool one_origin = !scene_.camera.has_extent();
-    auto push = [&](const Ray& ray, const Sampler& sampler) {
-      if (medias_.empty() || !one_origin) medias_.push_back(samples_.media(ray));
+        auto push = [&](const Ray& ray, const Sampler& sampler) {
+      if (medias_.empty() || samples_.many_medias()) medias_.push_back(samples_.media(ray));
       rays_.push_back({ray, &medias_.back(), sampler});
     };
     size_t i = 0;
@@ -73,10 +72,9 @@ class WhittedSamples {
           x[lane] = pixel.x, y[lane] = pixel.y, sample[lane] = sample_of(i + lane);
         }
         const SamplerLanes<Uint8Lanes> samplers(x, y, sample, scene_.seed, scene_.sampling);
-        Double8 right, down, column(0.0), row(0.0);
+        Double8 right, down;
         samplers.next2(0, right, down);
-        for (int lane = 0; lane < kLanes; ++lane) column.set(lane, x[lane]), row.set(lane, y[lane]);
-        const Vec3Lanes directions = scene_.camera.pinhole_directions(column + right, row + down);
+        const Vec3Lanes directions = scene_.camera.pinhole_directions(lanes::to_double(x) + right, lanes::to_double(y) + down);
         for (int lane = 0; lane < kLanes; ++lane) push({scene_.camera.position(), directions[lane]}, samplers.lane(lane, 1));
       }
     weights_.assign(i, 1.0);
@@ -94,7 +92,7 @@ class WhittedSamples {
   Samples& samples_;
   std::vector<CameraRay> rays_;
   std::vector<double> weights_;
-  std::vector<Media> medias_;  // around the rays' origins; one for all where they have one
+  std::vector<Media> medias_;  // around the rays' origins; one for all where it is the same
 };
 
 }  // namespace tilecast

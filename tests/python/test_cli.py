@@ -39,6 +39,12 @@ def test_options_replace_what_the_scene_says(scene, tmp_path):
     assert set(found["features"]) == {"used", "left_out"} and "csg" in found["features"]["left_out"]
 
 
+def test_statistics_go_to_standard_output_on_request(scene, tmp_path):
+    result = run("render", scene, "-o", tmp_path / "out.png", "--stats", "-")
+    assert json.loads(result.stdout)["samples"] == 8
+    assert [path.name for path in tmp_path.iterdir() if path.name not in ("ball.json", "out.png")] == []
+
+
 def test_stops_by_error_and_by_time(scene, tmp_path):
     stats = tmp_path / "stats.json"
     base = ("render", scene, "-o", tmp_path / "out.png", "--stats", stats, "-q")

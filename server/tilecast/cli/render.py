@@ -25,8 +25,8 @@ def render(
     threads: options.Threads = None,
     seed: options.Seed = None,
     set_: options.Set = None,
-    stats: Annotated[Path | None, typer.Option(help="Write the statistics to this file, JSON.",
-                                               show_default=False)] = None,
+    stats: Annotated[Path | None, typer.Option(metavar="FILE|-", show_default=False,
+                                               help="Write the statistics as JSON; -: to standard output.")] = None,
     error_map: Annotated[Path | None, typer.Option(
         help="Write a map of where the error is to this file, PNG: the relative squared error from 1e-6 (black) to 1.",
         show_default=False)] = None,
@@ -39,7 +39,8 @@ def render(
         raise typer.BadParameter(f"must end in .png or .exr, got {str(output)!r}", param_hint="--output")
     if error_map is not None and error_map.suffix.lower() != ".png":
         raise typer.BadParameter(f"must end in .png, got {str(error_map)!r}", param_hint="--error-map")
-    for path in filter(None, (output, stats, error_map)):
+    to_screen = stats == Path("-")
+    for path in filter(None, (output, None if to_screen else stats, error_map)):
         writable(path)
 
     with failing(scene, settings):
@@ -58,6 +59,10 @@ def render(
             files.write_file(error_map, files.error_png(image.pixels, image.variance))
         image.stats["seconds"]["write"] = time.perf_counter() - start
         if stats:
-            files.write_file(stats, (json.dumps(image.stats, indent=2) + "\n").encode())
+            text = json.dumps(image.stats, indent=2) + "\n"
+            if to_screen:
+                typer.echo(text, nl=False)
+            else:
+                files.write_file(stats, text.encode())
     if not quiet:
         report_end(output, image.stats)
