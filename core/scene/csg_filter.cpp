@@ -7,7 +7,8 @@
 namespace tilecast {
 namespace {
 
-constexpr size_t kMostOperands = 1 << 14;  // boxes of eight times eight are looked at one after the other
+constexpr size_t kMostOperands = 1 << 17;  // 20 MB
+constexpr double kExpected = 3, kShortest = 0x1p-6;  // batches on a stride, and its length in frame units
 
 using Batch = CsgFilter::Batch;
 
@@ -144,6 +145,30 @@ CsgFilter::Single single(const Batch& batch, int lane, const Solid& solid) {
   return out;
 }
 
+// The hierarchy of the batches' boxes, which are in the order of places; and how they crowd the result.
+void put_boxes(std::vector<FrameBox> box, const FrameBox& result, CsgFilter& out) {
+  // By Crofton's formula a line through a convex body meets a body within it as often as their surfaces are one to the
+  // other; and 4 V / S is the mean length of such a line (Santalo, "Integral Geometry and Geometric Probability", 1976).
+  double area = 0.0, volume = 1.0;
+  for (const FrameBox& one : box) {
+    const FrameBox within = one.intersected(result);
+    if (!within.empty()) area += within.half_area();
+  }
+  for (int i = 0; i < 3; ++i) volume *= double(result.hi[i]) - result.lo[i];
+  if (area > 0.0)
+    out.stride = static_cast<float>(std::clamp(kExpected * 2.0 * volume / area, kShortest, double(kNowhere)));
+  do {
+    out.levels.push_back(static_cast<uint32_t>(out.boxes.size()));
+    std::vector<FrameBox> above;
+    for (size_t i = 0; i < box.size(); ++i) {
+      if (i % kLanes == 0) above.emplace_back(), out.boxes.emplace_back();
+      above.back().extend(box[i]);
+      out.boxes.back().set(i % kLanes, box[i]);
+    }
+    box = std::move(above);
+  } while (box.size() > 1);
+}
+
 }  // namespace
 
 CsgFilter make_filter(const Csg& csg, const Scene& scene) {
@@ -159,6 +184,7 @@ CsgFilter make_filter(const Csg& csg, const Scene& scene) {
     box.push_back(FrameBox::around(assembly.frame, instance.to_parent.box(scene.objects[instance.object].bounds)));
   std::stable_partition(order.begin(), order.end(),
                         [&](uint32_t i) { return box[i].half_area() > 0.25f * csg.result_box.half_area(); });
+  std::vector<FrameBox> batch_box;
   for (size_t first = 0; first < order.size(); first += kLanes) {
     Batch batch = empty_batch();
     FrameBox around;
@@ -175,13 +201,10 @@ CsgFilter make_filter(const Csg& csg, const Scene& scene) {
     if (batch.even && batch.balls)
       for (int lane = 0; lane < batch.count; ++lane)
         for (Float8& radius2 : batch.radius2) radius2[lane] /= batch.map[0][0][lane] * batch.map[0][0][lane];
-    if (order.size() > 2 * kLanes) {
-      const size_t number = out.batches.size();
-      if (number % kLanes == 0) out.boxes.emplace_back();
-      out.boxes.back().set(number % kLanes, around.padded(static_cast<float>(kRoom)));
-    }
+    batch_box.push_back(around.padded(static_cast<float>(kRoom)));
     out.batches.push_back(batch);
   }
+  if (order.size() > 2 * kLanes) put_boxes(std::move(batch_box), csg.result_box, out);
   if (out.batches.size() == 1)
     for (uint32_t within = 0; within < 1u << order.size(); ++within) {
       uint32_t inside[kMostFilterNodes] = {};

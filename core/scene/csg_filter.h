@@ -11,6 +11,7 @@
 // it is outside of the operand grown by that.
 #pragma once
 
+#include <bit>
 #include <vector>
 
 #include "scene/float_line.h"
@@ -21,6 +22,7 @@ struct Csg;
 struct Scene;
 
 struct CsgFilter {
+  static constexpr size_t kMostLevels = 8;
   // Each operand is where all of its parts are: a ball of radius 1 after a linear map (a sphere; a cylinder's side, by
   // a map that leaves out the axis), and up to three slabs. Parts that an operand does not have are everywhere.
   struct Slab {
@@ -57,13 +59,43 @@ struct CsgFilter {
   };
   std::vector<Batch> batches;
   std::vector<Single> singles;  // the operands of a single batch
-  std::vector<BoxLanes> boxes;  // of the batches, eight at a time
+  std::vector<BoxLanes> boxes;   // of the batches, eight at a time; then of each of these, and so on up to a single one
+  std::vector<uint32_t> levels;  // where in `boxes` each begins
+  float stride = kNowhere;       // frame units: on so much of a line it is expected to meet eight batches
   FrameBox result_box;
   // Of a single batch: whether a point is inside the result, by the lanes that it is inside of.
   bool inside[1 << kLanes] = {};
   Mask8 inside_bits = {};  // the same, a bit each
 
   bool usable() const { return !batches.empty(); }
+
+  // Calls visit(batch) for all whose boxes meet the line in s_min .. s_max; false as soon as that is.
+  template <class Visit>
+  bool each_met(const FloatLine& line, float s_min, float s_max, Visit&& visit) const {
+    struct Entry {
+      size_t group;  // in its level
+      uint32_t met;
+    } open[kMostLevels];
+    Float8 from;
+    size_t level = levels.size() - 1;
+    open[level] = {0, bits(meets(boxes.back(), line, s_min, s_max, from))};
+    while (level < levels.size()) {
+      Entry& entry = open[level];
+      if (entry.met == 0) {
+        ++level;
+        continue;
+      }
+      const size_t below = entry.group * kLanes + std::countr_zero(entry.met);
+      entry.met &= entry.met - 1;
+      if (level == 0) {
+        if (!visit(batches[below])) return false;
+      } else {
+        --level;
+        open[level] = {below, bits(meets(boxes[levels[level] + below], line, s_min, s_max, from))};
+      }
+    }
+    return true;
+  }
 };
 
 // Empty where the CSG is not such, or has too many operands.

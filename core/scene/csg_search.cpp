@@ -171,15 +171,9 @@ bool Search::gather(const FloatLine& line, float s_min, float s_max) {
     }
     return true;
   };
-  if (filter.boxes.empty()) {
-    for (const CsgFilter::Batch& batch : filter.batches)
-      if (!look_at(batch)) return false;
-    return true;
-  }
-  Float8 from;
-  for (size_t group = 0; group < filter.boxes.size(); ++group)
-    for (uint32_t met = bits(meets(filter.boxes[group], line, s_min, s_max, from)); met != 0; met &= met - 1)
-      if (!look_at(filter.batches[group * kLanes + std::countr_zero(met)])) return false;
+  if (!filter.boxes.empty()) return filter.each_met(line, s_min, s_max, look_at);
+  for (const CsgFilter::Batch& batch : filter.batches)
+    if (!look_at(batch)) return false;
   return true;
 }
 
@@ -246,7 +240,20 @@ Filtered first_crossing(const Scene& scene, const Csg& csg, const Ray& ray, doub
     Filtered found = search_few(scene, csg, ray, t_min, t_max, line, s_min, s_max, base, any, out);
     if (found != Filtered::Unsure) return found;
   }
-  return Search(scene, csg, ray, t_min, t_max).run(line, s_min, s_max, base, any, out);
+  // Among many operands stretch by stretch, each longer than the one before: the first crossing is known before what lies
+  // behind is looked at.
+  float length = csg.filter.stride;
+  for (;;) {
+    const float s_end = s_min + length;
+    const bool last = !(s_end < s_max && line.t(s_end) < t_max);
+    const double t_end = last ? t_max : line.t(s_end);
+    const Filtered found = Search(scene, csg, ray, t_min, t_end)
+                               .run(line, s_min, last ? s_max : s_end + static_cast<float>(kRoom), base, any, out);
+    if (found != Filtered::Nothing || last) return found;
+    t_min = t_end;
+    s_min = s_end - static_cast<float>(kRoom);
+    length *= 4.0f;
+  }
 }
 
 }  // namespace tilecast

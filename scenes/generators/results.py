@@ -31,10 +31,10 @@ RESULTS = FOLDER / "RESULTS.md"
 SCENES = {
     "time": ("cornell", "drilled-part-brass", "drilled-part-glass", "lens", "solids", "terrain", "whitted"),
     "calibration": ("cornell", "drilled-part-brass", "drilled-part-glass", "lens", "nested-glass", "whitted",
-                    "environment"),
+                    "materials", "solids", "environment"),
     "adaptive": ("csg-of-meshes", "drilled-part-brass", "ellipsoids", "nested-glass")}
 HEIGHT, CALIBRATED, ADAPTIVE = 96, 36, 240  # pixels; the width keeps the scene's shape
-SAMPLES, SEEDS, RENDERS = 64, 4, 200
+SAMPLES, SEEDS, RENDERS = 64, 4, 1000
 TARGET, STOPS, MOST = 1e-3, 16, 1024  # a relative MSE, images that stop there, and the samples that they may take
 
 
