@@ -22,7 +22,7 @@ struct Csg;
 struct Scene;
 
 struct CsgFilter {
-  static constexpr size_t kMostLevels = 8;
+  static constexpr size_t kMostLevels = 8;  // of boxes
   // Each operand is where all of its parts are: a ball of radius 1 after a linear map (a sphere; a cylinder's side, by
   // a map that leaves out the axis), and up to three slabs. Parts that an operand does not have are everywhere.
   struct Slab {
@@ -61,7 +61,7 @@ struct CsgFilter {
   std::vector<Single> singles;  // the operands of a single batch
   std::vector<BoxLanes> boxes;   // of the batches, eight at a time; then of each of these, and so on up to a single one
   std::vector<uint32_t> levels;  // where in `boxes` each begins
-  float stride = kNowhere;       // frame units: on so much of a line it is expected to meet eight batches
+  float stride = kNowhere;       // frame units: on so much of a line it is expected to meet three batches
   FrameBox result_box;
   // Of a single batch: whether a point is inside the result, by the lanes that it is inside of.
   bool inside[1 << kLanes] = {};
