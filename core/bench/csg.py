@@ -29,7 +29,7 @@ from pathlib import Path
 import numpy as np
 
 import tilecast
-from tilecast import _core
+from tilecast import _images
 from tilecast.render.output import srgb, to_png, write_file
 
 WIDTH, HEIGHT = 640, 480
@@ -172,7 +172,7 @@ def measure(case: Case, runs: int, folder: Path) -> dict:
         row["povray"] = summary(theirs)
         row["rays_ratio"] = row["tilecast"]["rays_per_second"] / row["povray"]["rays_per_second"]
         row["seconds_ratio"] = row["povray"]["seconds"] / row["tilecast"]["seconds"]
-        row["mean_difference"] = float(np.abs(encoded / 255.0 - _core.read_image(str(picture))[0]).mean())
+        row["mean_difference"] = float(np.abs(encoded / 255.0 - _images.read(str(picture))[0]).mean())
     return row
 
 

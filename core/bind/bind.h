@@ -51,5 +51,5 @@ void bind_queries(py::module_& module, SceneClass& scene);
 void bind_camera(py::module_& module);
 void bind_builder(py::module_& module);
 void bind_error(py::module_& module);
-void bind_image(py::module_& module);
+void bind_colour(py::module_& module);
 void bind_stress(py::module_& module);

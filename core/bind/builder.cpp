@@ -82,29 +82,14 @@ uint32_t add_mesh(SceneBuilder& builder, const Array<double>& vertices, const Ar
   return builder.add_mesh(Mesh::build(v, f), accelerator, std::move(corners));
 }
 
-// The pixels of an image, which several textures may share.
-struct Image {
-  std::shared_ptr<const ImageTexture::Image> pixels;
-};
-
-Image store_image(const Array<float>& pixels) {
-  const int channels = pixels.ndim() == 3 && pixels.shape(2) == 1 ? 1 : 3;
-  check_shape(pixels, {-1, -1, channels}, "pixels");
-  std::vector<float> copy(pixels.data(), pixels.data() + pixels.size());
-  const int width = static_cast<int>(pixels.shape(1)), height = static_cast<int>(pixels.shape(0));
-  py::gil_scoped_release release;
-  return {ImageTexture::store(std::move(copy), width, height, channels)};
-}
-
 constexpr const char* kAxes[]{"x", "y", "z", "u", "v"};
 constexpr const char *kWraps[]{"repeat", "mirror", "clamp"}, *kTexelFilters[]{"bilinear", "closest"};
 
-int add_image_texture(SceneBuilder& builder, const Image& image, const std::string& wrap, const std::string& filter,
+int add_image_texture(SceneBuilder& builder, std::shared_ptr<Texels> texels, const std::string& wrap, const std::string& filter,
                       const std::array<double, 2>& tiling, const std::array<double, 2>& offset) {
-  return builder.add_texture(ImageTexture(
-      image.pixels, named<Wrap>(kWraps, wrap, "wrap"),
-      named<TexelFilter>(kTexelFilters, filter, "filter"), {tiling[0], tiling[1]},
-      {offset[0], offset[1]}));
+  return builder.add_texture(ImageTexture(std::move(texels), named<Wrap>(kWraps, wrap, "wrap"),
+                                          named<TexelFilter>(kTexelFilters, filter, "filter"), {tiling[0], tiling[1]},
+                                          {offset[0], offset[1]}));
 }
 
 // Everything that a material may have, each where it is given.
@@ -166,8 +151,7 @@ void bind_builder(py::module_& module) {
   py::implicitly_convertible<std::string, AcceleratorChoice>();
   using Instances = const Array<int32_t>&;
   using Matrices = const Array<double>&;
-  py::class_<Image>(module, "Image", "Pixels that textures may share: linear light, or plain numbers.")
-      .def(py::init(&store_image), py::arg("pixels"), "pixels: float32 [h, w, 1 or 3], rows from the top.");
+  py::class_<Texels, std::shared_ptr<Texels>>(module, "Texels", "What textures may share: `tilecast._images.texels` makes it.");
   py::class_<SceneBuilder>(module, "SceneBuilder", "Builds a Scene. Handles are ints; lengths metres, colours linear RGB.")
       .def(py::init<>())
       .def("checker", [](SceneBuilder& b, const Triple& even, const Triple& odd, double size, bool of_uv) {
@@ -177,7 +161,7 @@ void bind_builder(py::module_& module) {
       .def("gradient", [](SceneBuilder& b, const Triple& from, const Triple& to, const std::string& along, double start, double end) {
             return b.add_texture(Gradient{to_vec(from), to_vec(to), named<int>(kAxes, along, "along"), start, end});
           }, py::arg("from"), py::arg("to"), py::arg("along"), py::arg("start"), py::arg("end"), "along: x, y, z, u or v.")
-      .def("image_texture", &add_image_texture, py::arg("image"), py::arg("wrap"), py::arg("filter"), py::arg("tiling"),
+      .def("image_texture", &add_image_texture, py::arg("texels"), py::arg("wrap"), py::arg("filter"), py::arg("tiling"),
            py::arg("offset"), "wrap: repeat, mirror or clamp; filter: bilinear or closest; the image at tiling * uv + offset.")
       .def("material", [](SceneBuilder& b, const std::string& kind, const py::kwargs& settings) {
             return b.add_material(material_of(material_kind(kind), settings));

@@ -11,6 +11,6 @@ PYBIND11_MODULE(_core, module) {
   bind_camera(module);
   bind_builder(module);
   bind_error(module);
-  bind_image(module);
+  bind_colour(module);
   bind_stress(module);
 }

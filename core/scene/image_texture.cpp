@@ -1,151 +1,23 @@
 #include "scene/image_texture.h"
 
-#include <OpenImageIO/imagecache.h>
-#include <OpenImageIO/imageio.h>
-#include <OpenImageIO/texture.h>
-
-#include <atomic>
-#include <cstring>
-
-#include "base/check.h"
+#include <utility>
 
 namespace tilecast {
-namespace {
 
-constexpr int kTile = 64;  // pixels
-constexpr float kBrightest = 1e30f;
-constexpr size_t kMostPixels = size_t(1) << 25;
-constexpr const char* kAddress = "tilecast:pixels";
-
-struct Pixels {
-  std::vector<float> values;
-  int width, height, channels;
-};
-
-// Hands the TextureSystem tiles of what is in memory.
-class FromMemory : public OIIO::ImageInput {
- public:
-  const char* format_name() const override { return "tilecast"; }
-  bool open(const std::string&, OIIO::ImageSpec&) override { return false; }
-  bool open(const std::string&, OIIO::ImageSpec& spec, const OIIO::ImageSpec& config) override {
-    void* address = nullptr;
-    if (!config.getattribute(kAddress, OIIO::TypeDesc::PTR, &address)) return false;
-    pixels_ = static_cast<const Pixels*>(address);
-    m_spec = OIIO::ImageSpec(pixels_->width, pixels_->height, pixels_->channels, OIIO::TypeFloat);
-    m_spec.tile_width = m_spec.tile_height = kTile;
-    m_spec.tile_depth = 1;
-    spec = m_spec;
-    return true;
-  }
-  bool close() override { return true; }
-  bool read_native_scanline(int, int, int, int, void*) override { return false; }
-  bool read_native_tile(int, int, int x, int y, int, void* data) override {
-    const size_t channels = pixels_->channels, columns = std::min(kTile, pixels_->width - x);
-    float* out = static_cast<float*>(data);
-    std::fill_n(out, kTile * kTile * channels, 0.0f);  // beyond the image nothing is looked up
-    for (int row = 0; row < std::min(kTile, pixels_->height - y); ++row)
-      std::memcpy(out + row * kTile * channels, &pixels_->values[(size_t(y + row) * pixels_->width + x) * channels],
-                  columns * channels * sizeof(float));
-    return true;
-  }
-
- private:
-  const Pixels* pixels_ = nullptr;
-};
-
-OIIO::ImageInput* make_from_memory() { return new FromMemory; }
-
-OIIO::TextureSystem& texture_system() {
-  static OIIO::TextureSystem* const system = OIIO::TextureSystem::create(true);
-  return *system;
-}
-OIIO::ImageCache& image_cache() {
-  static OIIO::ImageCache* const cache = OIIO::ImageCache::create(true);  // the one of the texture system
-  return *cache;
-}
-
-}  // namespace
-
-class ImageTexture::Image {
- public:
-  explicit Image(Pixels pixels) : pixels_(std::move(pixels)), name_(next_name()) {
-    for (int c = 0; c < 3; ++c) {
-      const int channel = pixels_.channels == 1 ? 0 : c;
-      least[c] = most[c] = pixels_.values[channel];
-      for (size_t i = channel; i < pixels_.values.size(); i += pixels_.channels) {
-        least[c] = std::min<double>(least[c], pixels_.values[i]);
-        most[c] = std::max<double>(most[c], pixels_.values[i]);
-      }
-    }
-    OIIO::ImageSpec config;
-    const void* address = &pixels_;
-    config.attribute(kAddress, OIIO::TypeDesc::PTR, &address);
-    image_cache().add_file(name_, make_from_memory, &config);
-    handle_ = texture_system().get_texture_handle(name_);
-    if (!handle_ || !texture_system().good(handle_))
-      throw Error("the image cannot be made a texture: " + texture_system().geterror());
-  }
-  ~Image() { image_cache().invalidate(name_, true); }
-  Image(const Image&) = delete;
-  Image& operator=(const Image&) = delete;
-
-  int channels() const { return pixels_.channels; }
-  OIIO::TextureSystem::TextureHandle* handle() const { return handle_; }
-
-  Rgb least, most;
-
- private:
-  static OIIO::ustring next_name() {  // never the same twice: nothing that the cache still holds is taken for another's
-    static std::atomic<uint64_t> count{0};
-    return OIIO::ustring("tilecast:" + std::to_string(count++));
-  }
-
-  const Pixels pixels_;
-  const OIIO::ustring name_;
-  OIIO::TextureSystem::TextureHandle* handle_ = nullptr;
-};
-
-std::shared_ptr<const ImageTexture::Image> ImageTexture::store(std::vector<float> pixels, int width, int height,
-                                                               int channels) {
-  if (width < 1 || height < 1 || size_t(width) * height > kMostPixels)
-    throw Error("a texture has at least 1 and at most 2^25 pixels, got " + std::to_string(width) + " x " +
-                std::to_string(height));
-  for (size_t i = 0; i < pixels.size(); ++i)
-    if (!(std::fabs(pixels[i]) <= kBrightest)) {  // NaN too
-      const size_t pixel = i / channels;
-      throw Error("pixel (" + std::to_string(pixel % width) + ", " + std::to_string(pixel / width) + ") is " +
-                  text(pixels[i]) + ": values must be at most 1e30");
-    }
-  return std::make_shared<const Image>(Pixels{std::move(pixels), width, height, channels});
-}
-
-ImageTexture::ImageTexture(std::shared_ptr<const Image> image, Wrap wrap, TexelFilter filter, const Vec2& tiling,
+ImageTexture::ImageTexture(std::shared_ptr<const Texels> texels, Wrap wrap, TexelFilter filter, const Vec2& tiling,
                            const Vec2& offset)
-    : image_(std::move(image)), wrap_(wrap), filter_(filter), tiling_(tiling), offset_(offset) {}
-
-Rgb ImageTexture::least() const { return image_->least; }
-Rgb ImageTexture::most() const { return image_->most; }
+    : texels_(std::move(texels)), wrap_(wrap), filter_(filter), tiling_(tiling), offset_(offset) {}
 
 Rgb ImageTexture::at(const Vec2& uv) const {
   // Near 0 before they become float, where far away ones would lose their digits.
   Vec2 st = uv * tiling_ + offset_;
-  OIIO::TextureOpt options;
   switch (wrap_) {
-    case Wrap::Repeat: options.swrap = OIIO::TextureOpt::WrapPeriodic, st -= glm::floor(st); break;
-    case Wrap::Mirror: options.swrap = OIIO::TextureOpt::WrapMirror, st -= 2.0 * glm::floor(0.5 * st); break;
-    case Wrap::Clamp: options.swrap = OIIO::TextureOpt::WrapClamp, st = glm::clamp(st, 0.0, 1.0); break;
+    case Wrap::Repeat: st -= glm::floor(st); break;
+    case Wrap::Mirror: st -= 2.0 * glm::floor(0.5 * st); break;
+    case Wrap::Clamp: st = glm::clamp(st, 0.0, 1.0); break;
   }
-  options.twrap = options.swrap;
-  options.mipmode = OIIO::TextureOpt::MipModeNoMIP;
-  options.interpmode =
-      filter_ == TexelFilter::Bilinear ? OIIO::TextureOpt::InterpBilinear : OIIO::TextureOpt::InterpClosest;
-  float found[3] = {0.0f, 0.0f, 0.0f};
-  OIIO::TextureSystem& system = texture_system();
-  system.texture(image_->handle(), system.get_perthread_info(), options, static_cast<float>(st.x),
-                 static_cast<float>(1.0 - st.y), 0.0f, 0.0f, 0.0f, 0.0f, image_->channels(), found);
-  if (image_->channels() == 1) found[1] = found[2] = found[0];
   // Weights add up to 1 but for rounding, which is not to make anything brighter than the image is.
-  return glm::clamp(Rgb(found[0], found[1], found[2]), image_->least, image_->most);
+  return glm::clamp(texels_->at(st, wrap_, filter_), least(), most());
 }
 
 }  // namespace tilecast

@@ -1,13 +1,10 @@
-// An image as a function of texture coordinates, through OpenImageIO's TextureSystem.
+// An image as a function of texture coordinates.
 //
-// The pixels stay in memory, with 32 bits a channel and in linear light. The TextureSystem, one for the whole process,
-// takes the tiles that it needs from them, keeps those within the limits of its cache, and interpolates at full
-// resolution: rays have no footprint by which a smaller one could be chosen, and many samples a pixel average anyway. A
-// lookup depends on the coordinates alone, not on threads or on what the cache holds.
+// Its texels are looked up by another library, images/, that scenes without images do not load: OpenImageIO and what it
+// needs are larger than all else together.
 #pragma once
 
 #include <memory>
-#include <vector>
 
 #include "base/vec.h"
 
@@ -16,25 +13,29 @@ namespace tilecast {
 enum class Wrap : uint8_t { Repeat, Mirror, Clamp };
 enum class TexelFilter : uint8_t { Bilinear, Closest };
 
+// What several textures may share: pixels that cover the unit square.
+class Texels {
+ public:
+  virtual ~Texels() = default;
+  // At (s, t), t upwards, each in [0, 1], or in [0, 2] where it is mirrored. A single channel stands for all three.
+  virtual Rgb at(const Vec2& st, Wrap wrap, TexelFilter filter) const = 0;
+
+  Rgb least{0.0}, most{0.0};  // of each channel
+};
+
 class ImageTexture {
  public:
-  // What is stored, shared by all textures of one image.
-  class Image;
-  // pixels: row by row from the top, 1 or 3 channels. Throws Error where sizes or values are out of range.
-  static std::shared_ptr<const Image> store(std::vector<float> pixels, int width, int height, int channels);
-
   // The image covers the unit square of `tiling` (u, v) + `offset`, with v upwards.
-  ImageTexture(std::shared_ptr<const Image> image, Wrap wrap, TexelFilter filter, const Vec2& tiling, const Vec2& offset);
+  ImageTexture(std::shared_ptr<const Texels> texels, Wrap wrap, TexelFilter filter, const Vec2& tiling, const Vec2& offset);
 
-  // A single channel stands for all three.
   Rgb at(const Vec2& uv) const;
 
   // The least and the greatest value of each channel.
-  Rgb least() const;
-  Rgb most() const;
+  Rgb least() const { return texels_->least; }
+  Rgb most() const { return texels_->most; }
 
  private:
-  std::shared_ptr<const Image> image_;
+  std::shared_ptr<const Texels> texels_;
   Wrap wrap_;
   TexelFilter filter_;
   Vec2 tiling_, offset_;

@@ -10,7 +10,7 @@ import random
 import numpy as np
 from writing import FOLDER, write
 
-from tilecast import _core
+from tilecast import _images
 
 STUDIO = 192, 96  # pixels
 
@@ -94,6 +94,6 @@ def many_lights(count: int = 1000) -> dict:
 
 
 if __name__ == "__main__":
-    _core.write_image(str(FOLDER / "studio.exr"), studio(), ["R", "G", "B"])
+    _images.write(str(FOLDER / "studio.exr"), studio(), ["R", "G", "B"])
     write("environment", environment())
     write("many-lights", many_lights())

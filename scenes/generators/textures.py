@@ -6,7 +6,7 @@
 import numpy as np
 from writing import FOLDER, write
 
-from tilecast import _core
+from tilecast import _images
 
 RANDOM = np.random.default_rng(7)
 
@@ -15,7 +15,7 @@ def save(name: str, pixels: np.ndarray) -> None:
     """Values from 0 to 1, [h, w, channels], rounded to 8 bits."""
     bits = (np.clip(pixels, 0, 1) * 255 + 0.5).astype(np.uint8)
     plain = {"oiio:UnassociatedAlpha": "1"}  # colours are not multiplied by the alpha channel
-    _core.write_image(str(FOLDER / name), bits, list("RGBA")[:bits.shape[2]], plain)
+    _images.write(str(FOLDER / name), bits, list("RGBA")[:bits.shape[2]], plain)
 
 
 def noise(height: int, width: int, cells: tuple[int, int], octaves: int) -> np.ndarray:

@@ -13,14 +13,14 @@ import pytest
 from commands import TILECAST, one_line, run
 from documents import diffuse, minimal, quick
 
-from tilecast import _core
+from tilecast import _images
 from tilecast.scene import schema_json
 
 def test_renders_a_png_and_an_exr(scene, tmp_path):
     for name in ("out.png", "out.exr"):
         result = run("render", scene, "-o", tmp_path / name)
         assert result.returncode == 0 and result.stdout == ""
-        assert _core.read_image(str(tmp_path / name))[0].shape[:2] == (16, 24)
+        assert _images.read(str(tmp_path / name))[0].shape[:2] == (16, 24)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["ball.json", "out.exr", "out.png"]
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import tilecast
-from tilecast import _core
+from tilecast import _images
 from tilecast.scene import override
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -31,7 +31,7 @@ def test_estimated_error_is_small_and_true(image):
     assert image.error["mse"] < 6e-5
     if not REFERENCE.exists():  # a machine without it still has the test above
         return
-    reference, channels, _ = _core.read_image(str(REFERENCE))
+    reference, channels, _ = _images.read(str(REFERENCE))
     assert channels == ["R", "G", "B"]
     mse = float(np.mean((image.pixels.astype(np.float64) - reference) ** 2))
     assert mse <= 6e-5

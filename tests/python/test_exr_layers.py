@@ -8,7 +8,7 @@ from commands import run
 from documents import diffuse, minimal
 
 import tilecast
-from tilecast import _core
+from tilecast import _core, _images
 from tilecast.render import layers, output
 from tilecast.render.display import heat
 from tilecast.render.error import error_map
@@ -96,7 +96,7 @@ def test_the_command_writes_layers_into_an_exr_and_a_map(tmp_path):
     scene = tmp_path / "wall.json"
     scene.write_text(json.dumps(wall(samples=8)))
     assert run("render", scene, "-o", tmp_path / "out.exr", "--error-map", tmp_path / "error.png", "-q").returncode == 0
-    pixels, channels, _ = _core.read_image(str(tmp_path / "out.exr"))
+    pixels, channels, _ = _images.read(str(tmp_path / "out.exr"))
     assert channels[:3] == ["R", "G", "B"] and set(channels[3:]) == NAMES
     found = dict(zip(channels, np.moveaxis(pixels, 2, 0)))
     compiled = tilecast.load(wall(samples=8))
@@ -107,6 +107,6 @@ def test_the_command_writes_layers_into_an_exr_and_a_map(tmp_path):
         assert np.array_equal(found[name], values), name
     assert np.array_equal(pixels[..., :3], image.pixels)
     assert run("batch", scene, "-o", tmp_path / "all", "--format", "exr", "-q").returncode == 0
-    assert _core.read_image(str(tmp_path / "all" / "wall.exr"))[1] == channels
+    assert _images.read(str(tmp_path / "all" / "wall.exr"))[1] == channels
     assert (tmp_path / "error.png").read_bytes() == output.error_png(image.pixels, image.variance)
     assert run("render", scene, "-o", tmp_path / "o.png", "--error-map", tmp_path / "e.exr").returncode == 2

@@ -11,9 +11,9 @@ CORE = ROOT / "core"
 PACKAGE = ROOT / "server" / "tilecast"
 
 # Lowest first. The benchmarks look at everything and nothing looks at them.
-CORE_FLOORS = ["base", "optics", "geometry", "accel", "scene", "shading", "integrators", "render", "stress", "bind", "bench"]
+CORE_FLOORS = ["base", "optics", "geometry", "accel", "scene", "shading", "integrators", "render", "stress", "images", "bind", "bench"]
 # Parts on one floor do not know each other. The package's own __init__.py is the facade over `render`.
-PACKAGE_FLOORS = [{"_core"}, {"scene"}, {"render"}, {"jobs", "report", "__init__"}, {"api", "cli"}, {"__main__"}]
+PACKAGE_FLOORS = [{"_core", "_images"}, {"scene"}, {"render"}, {"jobs", "report", "__init__"}, {"api", "cli"}, {"__main__"}]
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^">]+)[">]', re.MULTILINE)
 

@@ -5,7 +5,7 @@ import pytest
 from documents import minimal
 
 import tilecast
-from tilecast import _core
+from tilecast import _images
 from tilecast.scene import SceneError, digest, files, folder_opener, images, parse, renamed
 
 FLOOR = {"object": {"type": "rectangle", "size": [20, 20]},
@@ -58,7 +58,7 @@ def test_features_name_what_is_used():
 def environment(folder, name="a.exr", **keys):
     """A background image of a gradient; its pixels."""
     pixels = np.linspace(0.1, 2, 8 * 4 * 3, dtype=np.float32).reshape(4, 8, 3)
-    _core.write_image(str(folder / name), pixels, ["R", "G", "B"])
+    _images.write(str(folder / name), pixels, ["R", "G", "B"])
     return minimal(background={"type": "image", "file": name, **keys}, image={"width": 8, "height": 4},
                    camera={"type": "panorama", "position": [0, 0, 1], "target": [0, 0, 0]}), pixels
 
@@ -84,7 +84,7 @@ def test_files_of_images_are_files_of_the_scene(tmp_path):
     first = digest(scene, folder_opener(tmp_path))
     environment(tmp_path, scale=1.0)
     assert digest(scene, folder_opener(tmp_path)) == first
-    _core.write_image(str(tmp_path / "a.exr"), np.zeros((2, 4, 3), np.float32), ["R", "G", "B"])
+    _images.write(str(tmp_path / "a.exr"), np.zeros((2, 4, 3), np.float32), ["R", "G", "B"])
     assert digest(scene, folder_opener(tmp_path)) != first
 
 
@@ -116,7 +116,7 @@ def test_what_is_no_image_is_refused(tmp_path):
 def test_pixels_that_are_no_radiance_are_refused(tmp_path, value):
     document, pixels = environment(tmp_path)
     pixels[2, 5, 1] = value
-    _core.write_image(str(tmp_path / "a.exr"), pixels, ["R", "G", "B"])
+    _images.write(str(tmp_path / "a.exr"), pixels, ["R", "G", "B"])
     assert "pixel (5, 2) is " in refused(document, tmp_path).message
 
 
@@ -130,18 +130,18 @@ def test_an_image_of_zeros_is_no_light(tmp_path):
 
 def test_images_come_as_linear_rgb(tmp_path):
     encoded = np.array([[[0, 10, 128], [255, 200, 3]]], np.uint8)
-    _core.write_image(str(tmp_path / "a.png"), encoded, ["R", "G", "B"])
+    _images.write(str(tmp_path / "a.png"), encoded, ["R", "G", "B"])
     share = encoded / 255
     linear = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
     assert images.load((tmp_path / "a.png").read_bytes(), "a.png") == pytest.approx(linear, rel=1e-6)
     grey = np.array([[[0.25], [3]]], np.float32)
-    _core.write_image(str(tmp_path / "grey.exr"), grey, ["Y"])
+    _images.write(str(tmp_path / "grey.exr"), grey, ["Y"])
     assert np.array_equal(images.load((tmp_path / "grey.exr").read_bytes(), "grey.exr"), grey.repeat(3, axis=2))
     layers = np.arange(10, dtype=np.float32).reshape(1, 2, 5)
-    _core.write_image(str(tmp_path / "layers.exr"), layers, ["B", "G", "R", "A", "Z"])
+    _images.write(str(tmp_path / "layers.exr"), layers, ["B", "G", "R", "A", "Z"])
     loaded = images.load((tmp_path / "layers.exr").read_bytes(), "layers.exr")
-    stored = dict(zip(_core.read_image(str(tmp_path / "layers.exr"))[1], range(5)))
-    read = _core.read_image(str(tmp_path / "layers.exr"))[0]
+    stored = dict(zip(_images.read(str(tmp_path / "layers.exr"))[1], range(5)))
+    read = _images.read(str(tmp_path / "layers.exr"))[0]
     assert np.array_equal(loaded, read[..., [stored["R"], stored["G"], stored["B"]]])
 
 

@@ -6,7 +6,7 @@ import stat
 import numpy as np
 import pytest
 
-from tilecast import _core
+from tilecast import _images
 from tilecast.render import output
 
 
@@ -18,7 +18,7 @@ def pixels():
 def read(data, tmp_path, suffix):
     path = tmp_path / f"image{suffix}"
     path.write_bytes(data)
-    pixels, channels, *_ = _core.read_image(str(path))
+    pixels, channels, *_ = _images.read(str(path))
     return pixels, channels
 
 

@@ -22,6 +22,20 @@ def test_importing_the_package_loads_nothing_else():
                   "if m in sys.modules])") == "[]\n"
 
 
+def test_openimageio_is_loaded_where_there_is_an_image():
+    """With what it needs it is larger than all else together: half a second, 100 MB."""
+    code = f"""
+import numpy, tilecast
+from tilecast.render import output
+loaded = lambda: "libOpenImageIO" in open("/proc/self/maps").read()
+image = tilecast.render(tilecast.load({json.dumps(diffuse(2, 4, 3))}), samples=2)
+print(loaded())
+output.to_png(numpy.zeros((2, 2, 3), numpy.float32))
+print(loaded())
+"""
+    assert python(code) == "False\nTrue\n"
+
+
 @pytest.mark.parametrize("imports", [
     "import tilecast; render = tilecast.render",
     "import tilecast.render.plan; render = tilecast.render",

@@ -10,7 +10,7 @@ from commands import run
 from typer.testing import CliRunner
 
 import tilecast
-from tilecast import _core, cli
+from tilecast import _images, cli
 from tilecast.render import output
 
 CORNELL = Path(__file__).resolve().parents[2] / "scenes" / "cornell.json"
@@ -37,7 +37,7 @@ def test_a_scene_alone_gives_its_error_against_time(scene, tmp_path):
     for before, after in zip(curve["points"], curve["points"][1:]):
         assert after["relative_mse"]["mean"] < 0.6 * before["relative_mse"]["mean"]
         assert after["predicted_over_true"]["low"] < 1.1 and after["predicted_over_true"]["high"] > 0.8
-    assert _core.read_image(str(folder / "report.png"))[0].shape[1] > 1000
+    assert _images.read(str(folder / "report.png"))[0].shape[1] > 1000
 
 
 def report(*arguments):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from documents import diffuse
 
-from tilecast import SceneError, _core
+from tilecast import SceneError, _images
 from tilecast.render import output
 from tilecast.report.curves import error_against_time
 from tilecast.report.references import References, read_references
@@ -73,7 +73,7 @@ def test_references_are_read_from_files(tmp_path):
 def test_a_reference_that_does_not_fit_is_refused(tmp_path):
     one = exr(tmp_path / "1.exr", TRUTH)
     grey = tmp_path / "grey.exr"
-    _core.write_image(str(grey), np.zeros((40, 50, 1), np.float32), ["Y"])
+    _images.write(str(grey), np.zeros((40, 50, 1), np.float32), ["Y"])
     (tmp_path / "text.exr").write_text("no image")
     png = tmp_path / "1.png"
     png.write_bytes(output.to_png(np.float32(TRUTH)))

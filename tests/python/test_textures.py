@@ -8,7 +8,7 @@ import pytest
 from documents import minimal
 
 import tilecast
-from tilecast import _core, scene
+from tilecast import _images, scene
 
 WHITE = [1.0, 1.0, 1.0]
 GLIMPSE = 1e-4  # degrees that a camera sees: a point
@@ -21,7 +21,7 @@ def folder(tmp_path):
     """With images: quadrants.png, white.png, ramp.exr (0 to 1 in steps), odd.exr (out of range)."""
     def write(name, pixels):
         pixels = np.asarray(pixels)
-        _core.write_image(str(tmp_path / name), pixels, list("RGBA")[:pixels.shape[2]])
+        _images.write(str(tmp_path / name), pixels, list("RGBA")[:pixels.shape[2]])
 
     write("quadrants.png", QUADRANTS)
     write("white.png", np.full((3, 5, 3), 255, np.uint8))
@@ -91,7 +91,7 @@ def test_an_image_is_interpolated_between_the_centres_of_its_pixels(folder):
 
 def test_png_is_srgb_and_exr_linear_unless_told(folder):
     grey = np.full((1, 1, 3), 128, np.uint8)
-    _core.write_image(str(folder / "grey.png"), grey, ["R", "G", "B"])
+    _images.write(str(folder / "grey.png"), grey, ["R", "G", "B"])
     linear = ((128 / 255 + 0.055) / 1.055) ** 2.4
     assert albedo(folder, image("grey.png")) == pytest.approx([linear] * 3, rel=1e-6)
     assert albedo(folder, image("grey.png", colour_space="linear")) == pytest.approx([128 / 255] * 3, rel=1e-6)
@@ -99,7 +99,7 @@ def test_png_is_srgb_and_exr_linear_unless_told(folder):
 
 def test_colours_are_not_multiplied_by_the_alpha_channel(folder):
     pixel = np.array([[[200, 100, 50, 20]]], np.uint8)
-    _core.write_image(str(folder / "faint.png"), pixel, list("RGBA"), {"oiio:UnassociatedAlpha": "1"})
+    _images.write(str(folder / "faint.png"), pixel, list("RGBA"), {"oiio:UnassociatedAlpha": "1"})
     faint = image("faint.png", colour_space="linear")
     assert albedo(folder, faint) == pytest.approx([200 / 255, 100 / 255, 50 / 255], rel=1e-6)
 
@@ -211,7 +211,7 @@ def test_a_textured_roughness_is_that_roughness(folder):
 
 def test_a_level_normal_map_changes_nothing_and_a_tilted_one_loses_what_it_hides(folder):
     level = np.tile(np.array([0.5, 0.5, 1.0], np.float32), (2, 2, 1))
-    _core.write_image(str(folder / "level.exr"), level, ["R", "G", "B"])
+    _images.write(str(folder / "level.exr"), level, ["R", "G", "B"])
     for kind in ("diffuse", "mirror", "plastic"):
         plain, mapped = (tilecast.render(load(folder, {"type": kind, "reflectance": WHITE, **keys}), samples=16).pixels
                          for keys in ({}, {"normal_map": image("level.exr")}))

@@ -9,7 +9,7 @@ from commands import run
 from documents import minimal, quick
 
 import tilecast
-from tilecast import _core
+from tilecast import _images
 from tilecast.render import display, output
 
 VIEWS = ("normals", "depth", "primitives", "instances", "facing", "cost")
@@ -134,7 +134,7 @@ def test_an_exr_holds_the_values_and_a_png_the_ramp(tmp_path):
         result = run("render", scene, "-o", tmp_path / name, "--integrator", "depth", "-q",
                      "--set", "render.view_range=[4, 6]")
         assert result.returncode == 0, result.stderr
-    exr, png = (_core.read_image(str(tmp_path / name))[0] for name in ("depth.exr", "depth.png"))
+    exr, png = (_images.read(str(tmp_path / name))[0] for name in ("depth.exr", "depth.png"))
     assert exr[..., :3] == pytest.approx(5, abs=1e-3)
     # Inferno at a half is #bc3754.
     assert np.abs(png[..., :3] * 255 - [0xbc, 0x37, 0x54]).max() <= 1

@@ -13,7 +13,7 @@ import httpx2
 import numpy as np
 import psutil
 
-from tilecast import _core
+from tilecast import _images
 from tilecast import scene as scenes
 from tilecast.render import local
 
@@ -171,7 +171,7 @@ def exr(server: Server, job: dict, tmp_path: Path) -> np.ndarray:
     assert answer.headers["content-type"] == "image/x-exr"
     path = tmp_path / "image.exr"
     path.write_bytes(answer.content)
-    pixels, channels, *_ = _core.read_image(str(path))
+    pixels, channels, *_ = _images.read(str(path))
     assert channels[:3] == ["R", "G", "B"]
     return pixels[..., :3]
 

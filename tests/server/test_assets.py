@@ -7,7 +7,7 @@ import threading
 import numpy as np
 from servers import refused, scene
 
-from tilecast import _core
+from tilecast import _images
 
 
 def tetrahedron(scale: float = 1.0) -> bytes:
@@ -91,7 +91,7 @@ def test_an_image_of_a_texture_is_an_asset_and_told_at_its_place(server):
             "type": "diffuse", "reflectance": {"type": "image", "file": f"sha256:{digest(data)}.png"}}
         return document
 
-    white = _core.encode_image("png", np.full((2, 2, 3), 255, np.uint8), ["R", "G", "B"])
+    white = _images.encode("png", np.full((2, 2, 3), 255, np.uint8), ["R", "G", "B"])
     for data, expected in ((b"no image", 422), (white, 202)):
         problem = refused(server.client.post("/v1/jobs", json=with_image(data)), 422)
         assert problem["errors"][0]["path"] == "scene[0].material.reflectance.file"

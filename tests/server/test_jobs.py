@@ -2,12 +2,13 @@
 
 import json
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
 from servers import exr, locally, long_scene, scene, until
 
-from tilecast import _core
+from tilecast import _images
 from tilecast import scene as scenes
 from tilecast.render import error, layers, local, output
 
@@ -24,6 +25,13 @@ def test_a_scene_becomes_a_picture(server, tmp_path):
     assert done["progress"] == 1 and done["relative_mse"] > 0
     assert done["created"] <= done["started"] <= done["finished"]
     assert np.array_equal(exr(server, job, tmp_path), locally(scene(samples=16)))
+
+
+def test_workers_load_nothing_for_images_that_a_scene_lacks(server):
+    server.reach(server.submit(scene()), "done")
+    loaded = [{Path(area.path).name for area in process.memory_maps()} for process in server.children()]
+    workers = [names for names in loaded if any(name.startswith("_core") for name in names)]
+    assert workers and not any(name.startswith("libOpenImageIO") for names in workers for name in names)
 
 
 def test_every_link_leads_somewhere(server):
@@ -70,7 +78,7 @@ def test_an_exr_holds_layers_and_the_error_has_a_map(server, tmp_path):
         | layers.first_hit_layers(local.first_hits(compiled))
     for _ in range(2):  # made, then kept
         exr(server, job, tmp_path)
-        pixels, channels, _ = _core.read_image(str(tmp_path / "image.exr"))
+        pixels, channels, _ = _images.read(str(tmp_path / "image.exr"))
         assert set(channels) == {"R", "G", "B", *expected}
         for name, values in expected.items():
             assert np.array_equal(pixels[..., channels.index(name)], values), name

@@ -8,7 +8,7 @@ import numpy as np
 from servers import scene
 from test_assets import tetrahedron
 
-from tilecast import _core
+from tilecast import _images
 
 
 def submit(server, *arguments: str) -> subprocess.CompletedProcess:
@@ -43,7 +43,7 @@ def test_files_beside_the_scene_are_sent(server, tmp_path):
     (tmp_path / "meshes" / "shape.stl").write_bytes(tetrahedron(0.7))
     document = scene()
     document["objects"]["ball"] = {"type": "mesh", "file": "meshes/shape.stl"}
-    _core.write_image(str(tmp_path / "around.exr"), np.ones((2, 4, 3), np.float32), ["R", "G", "B"])
+    _images.write(str(tmp_path / "around.exr"), np.ones((2, 4, 3), np.float32), ["R", "G", "B"])
     document["background"] = {"type": "image", "file": "around.exr"}
     done = submit(server, written(tmp_path, document), "--wait", "--quiet")
     assert (done.returncode, done.stderr) == (0, "")

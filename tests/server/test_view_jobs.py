@@ -4,7 +4,7 @@ import numpy as np
 from servers import exr, locally, long_scene, scene
 
 import tilecast
-from tilecast import _core
+from tilecast import _images
 from tilecast.render import display, output
 
 
@@ -20,7 +20,7 @@ def test_depth_is_metres_in_the_exr_and_a_ramp_elsewhere(server, tmp_path):
     shown = display.shown(metres, tilecast.load(document).facts())
 
     (tmp_path / "image.png").write_bytes(server.client.get(job["links"]["image"]).content)
-    found = _core.read_image(str(tmp_path / "image.png"))[0]
+    found = _images.read(str(tmp_path / "image.png"))[0]
     assert np.array_equal(np.rint(found[..., :3] * 255).astype(np.uint8), output.srgb(shown))
     assert server.client.get(job["links"]["thumbnail"]).content == output.thumbnail(shown)
     size = job["tiles"]["size"]

@@ -6,7 +6,7 @@ import httpx2 as httpx
 import numpy as np
 from playwright.sync_api import Page
 
-from tilecast import _core
+from tilecast import _images
 
 RED, WHITE = [0.6, 0.1, 0.1], [0.8, 0.8, 0.8]
 
@@ -88,7 +88,7 @@ def png(url: str, id_: str, folder) -> np.ndarray:
     """image.png as the server gives it: uint8 [height, width, 3]."""
     file = folder / "image.png"
     file.write_bytes(httpx.get(f"{url}/v1/jobs/{id_}/image.png").raise_for_status().content)
-    pixels = _core.read_image(str(file))[0]
+    pixels = _images.read(str(file))[0]
     return np.rint(pixels[..., :3] * 255).astype(np.uint8)
 
 

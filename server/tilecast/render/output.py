@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
 from .display import heat, shown
 from .error import error_map
 
@@ -31,7 +30,7 @@ def srgb(pixels: np.ndarray) -> np.ndarray:
 
 def to_png(pixels: np.ndarray, metadata: Mapping[str, str] | None = None) -> bytes:
     """A PNG of float32 [h, w, 3], linear RGB: sRGB, 8 bits."""
-    return _core.encode_image("png", np.ascontiguousarray(srgb(pixels)), _CHANNELS, dict(metadata or {}))
+    return _encoded("png", np.ascontiguousarray(srgb(pixels)), _CHANNELS, dict(metadata or {}))
 
 
 def to_exr(pixels: np.ndarray, metadata: Mapping[str, str] | None = None,
@@ -39,7 +38,13 @@ def to_exr(pixels: np.ndarray, metadata: Mapping[str, str] | None = None,
     """An OpenEXR file of float32 [h, w, 3], linear RGB, without loss; and of more channels, [h, w] each, by name."""
     layers = layers or {}
     channels = np.dstack([pixels, *layers.values()]).astype(np.float32, copy=False)
-    return _core.encode_image("exr", np.ascontiguousarray(channels), [*_CHANNELS, *layers], dict(metadata or {}))
+    return _encoded("exr", np.ascontiguousarray(channels), [*_CHANNELS, *layers], dict(metadata or {}))
+
+
+def _encoded(*image: Any) -> bytes:
+    from .. import _images  # OpenImageIO is loaded where there is an image
+
+    return _images.encode(*image)
 
 
 def error_png(pixels: np.ndarray, variance: np.ndarray) -> bytes:

@@ -83,8 +83,10 @@ def _read(path: Path, width: int, height: int) -> np.ndarray:
         raise SceneError("", f"the reference {path} must be an OpenEXR file, which holds linear light")
     if not path.is_file():
         raise SceneError("", f"the reference {path} is not there")
+    from .. import _images  # OpenImageIO is loaded where there is an image
+
     try:
-        pixels, channels, _ = _core.read_image(str(path))
+        pixels, channels, _ = _images.read(str(path))
     except _core.Error as problem:
         raise SceneError("", f"the reference {path} cannot be read: {problem}") from None
     if not {"R", "G", "B"} <= set(channels):

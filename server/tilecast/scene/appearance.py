@@ -20,7 +20,7 @@ class Appearance:
         self._builder = builder
         self._loader = loader
         self._materials: dict[str, int] = {}
-        self._images: dict[tuple[str, ...], _core.Image] = {}
+        self._images: dict[tuple[str, ...], _core.Texels] = {}
 
     def material(self, path: Path, material: str | schema.Material) -> int:
         """The handle of a material: by its name, or by its content where it stands in place."""
@@ -82,7 +82,7 @@ class Appearance:
         return self._builder.image_texture(self._image(path, texture), texture.wrap, texture.filter, texture.tiling,
                                            texture.offset)
 
-    def _image(self, path: Path, texture: schema.Model) -> _core.Image:
+    def _image(self, path: Path, texture: schema.Model) -> _core.Texels:
         """The image of a texture, loaded once for all that take the same from it."""
         file = texture.file
         match texture:
@@ -103,7 +103,7 @@ class Appearance:
                     pixels = images.load(data, file, key[1])
                     if isinstance(texture, schema.EmissionImage):
                         pixels *= texture.factor
-                self._images[key] = _core.Image(pixels)
+                self._images[key] = images.texels(pixels)
         return self._images[key]
 
 

@@ -14,7 +14,7 @@ from .geometry import IMAGES, MESHES, check_file
 
 
 class Model(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False,
+    model_config = ConfigDict(defer_build=True, extra="forbid", strict=True, frozen=True, allow_inf_nan=False,
                               use_attribute_docstrings=True)
 
 

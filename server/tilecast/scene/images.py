@@ -40,13 +40,22 @@ def load_channel(data: bytes, file: str, wanted: Sequence[str], colour_space: st
     raise SceneError("", f"names the file {file!r}, which has no channel {wanted[0]}")
 
 
+def texels(pixels: np.ndarray) -> _core.Texels:
+    """What textures may share: pixels float32 [h, w, 1 or 3], linear light, or plain numbers."""
+    from .. import _images
+
+    return _images.texels(pixels)
+
+
 def _decoded(data: bytes, file: str) -> tuple[np.ndarray, list[str]]:
     """float32 [h, w, channels], and the channels' names in capitals."""
+    from .. import _images  # OpenImageIO is loaded where there is an image
+
     if not data:
         raise SceneError("", f"names the file {file!r}, which is empty")
     kind = PurePosixPath(file).suffix[1:].lower()
     try:
-        pixels, channels, _ = _core.decode_image(f"image.{kind}", data)
+        pixels, channels, _ = _images.decode(f"image.{kind}", data)
     except _core.Error as error:
         text = " ".join(str(error).split())[:200]
         raise SceneError("", f"names the file {file!r}, which is not a readable {kind.upper()} image: {text}") from None

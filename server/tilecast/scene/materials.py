@@ -173,7 +173,6 @@ class Blend(_Material):
 
 _Plain = Annotated[OneOf[Diffuse, Mirror, Conductor, Dielectric, Plastic, Phong], Field(discriminator="type")]
 BlendPart = TypeAliasType("BlendPart", choice(name_or_inline, name=Name, inline=_Plain))
-Blend.model_rebuild()
 Material = TypeAliasType("Material", Annotated[
     OneOf[Diffuse, Mirror, Conductor, Dielectric, Plastic, Phong, Principled, Blend], Field(discriminator="type")])
 MaterialChoice = TypeAliasType("MaterialChoice", choice(name_or_inline, name=Name, inline=Material))

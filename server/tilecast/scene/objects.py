@@ -226,7 +226,3 @@ class Reference(Model):
 
 
 Placement = TypeAliasType("Placement", choice(_placement_kind, reference=Reference, inline=Object))
-
-
-for _model in (Union, Intersection, Difference, Group, Reference):
-    _model.model_rebuild()

@@ -128,6 +128,9 @@ class Scene(Model):
     """Radiance where a ray hits nothing: the same all around, an image, or a sky."""
 
 
+Scene.model_rebuild()  # once, here: not by threads at the same time
+
+
 class _Schema(GenerateJsonSchema):
     """Without a title for every field, which would only repeat its key."""
 

@@ -1,4 +1,4 @@
-#include "render/image.h"
+#include "images/files.h"
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>

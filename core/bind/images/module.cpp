@@ -1,6 +1,9 @@
+// tilecast._images: what needs OpenImageIO, apart from the core so that nothing loads it before there is an image to read,
+// to write or to look up. No logic.
+#include "base/error.h"
 #include "bind/bind.h"
-#include "base/srgb.h"
-#include "render/image.h"
+#include "images/files.h"
+#include "images/texels.h"
 
 using namespace tilecast;
 using Metadata = std::map<std::string, std::string>;
@@ -36,11 +39,30 @@ py::tuple read_by(Read&& read) {
   return py::make_tuple(to_array(std::move(pixels), {info.height, info.width, channels}), info.channels, info.metadata);
 }
 
+// An image as the texels of textures.
+std::shared_ptr<Texels> texels_of(const Array<float>& pixels) {
+  const int channels = pixels.ndim() == 3 && pixels.shape(2) == 1 ? 1 : 3;
+  check_shape(pixels, {-1, -1, channels}, "pixels");
+  std::vector<float> copy(pixels.data(), pixels.data() + pixels.size());
+  const int width = static_cast<int>(pixels.shape(1)), height = static_cast<int>(pixels.shape(0));
+  py::gil_scoped_release release;
+  return make_texels(std::move(copy), width, height, channels);
+}
+
 }  // namespace
 
-void bind_image(py::module_& module) {
+PYBIND11_MODULE(_images, module) {
+  module.doc() = "Image files and the texels of textures, through OpenImageIO.";
+  py::module_::import("tilecast._core");  // which has the class of texels and the exception
+  py::register_local_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const Error& error) {
+      py::set_error(py::module_::import("tilecast._core").attr("Error"), error.what());
+    }
+  });
   module.def(
-      "write_image",
+      "write",
       [](const std::string& path, const py::array& pixels, const std::vector<std::string>& channels,
          const Metadata& metadata) {
         ImageInfo info = info_of(pixels, channels, metadata);
@@ -52,7 +74,7 @@ void bind_image(py::module_& module) {
       py::arg("path"), py::arg("pixels"), py::arg("channels"), py::arg("metadata") = Metadata{},
       "Writes pixels [h, w, c] as PNG (uint8) or EXR (float32), by the extension.");
   module.def(
-      "encode_image",
+      "encode",
       [](const std::string& format, const py::array& pixels, const std::vector<std::string>& channels,
          const Metadata& metadata) {
         ImageInfo info = info_of(pixels, channels, metadata);
@@ -65,22 +87,11 @@ void bind_image(py::module_& module) {
       py::arg("format"), py::arg("pixels"), py::arg("channels"), py::arg("metadata") = Metadata{},
       "The bytes of pixels [h, w, c] as \"png\" (uint8) or \"exr\" (float32).");
   module.def(
-      "read_image",
+      "read",
       [](const std::string& path) { return read_by([&](ImageInfo& info) { return read_image(path, info); }); },
       py::arg("path"), "(pixels [h, w, c] float32, channel names, metadata).");
   module.def(
-      "linear",
-      [](const Array<float>& values) {
-        std::vector<float> out(values.data(), values.data() + values.size());
-        {
-          py::gil_scoped_release release;
-          for (float& value : out) value = srgb_to_linear(value);
-        }
-        return to_array(std::move(out), {values.shape(), values.shape() + values.ndim()});
-      },
-      py::arg("values"), "sRGB in 0 to 1 as linear light: float32, of the same shape; the same bits on every machine.");
-  module.def(
-      "decode_image",
+      "decode",
       [](const std::string& name, const py::bytes& data, size_t most) {
         std::string_view view = data;
         std::span<const uint8_t> bytes(reinterpret_cast<const uint8_t*>(view.data()), view.size());
@@ -88,4 +99,6 @@ void bind_image(py::module_& module) {
       },
       py::arg("name"), py::arg("data"), py::arg("most") = size_t(1) << 25,
       "The same from the bytes of a file of the format that the name's extension says; at most `most` pixels.");
+  module.def("texels", &texels_of, py::arg("pixels"),
+             "What textures may share: float32 [h, w, 1 or 3], rows from the top; linear light, or plain numbers.");
 }

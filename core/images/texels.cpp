@@ -1,0 +1,132 @@
+#include "images/texels.h"
+
+#include <OpenImageIO/imagecache.h>
+#include <OpenImageIO/imageio.h>
+#include <OpenImageIO/texture.h>
+
+#include <atomic>
+#include <cstring>
+
+#include "base/check.h"
+
+namespace tilecast {
+namespace {
+
+constexpr int kTile = 64;  // pixels
+constexpr float kBrightest = 1e30f;
+constexpr size_t kMostPixels = size_t(1) << 25;
+constexpr const char* kAddress = "tilecast:pixels";
+
+struct Pixels {
+  std::vector<float> values;
+  int width, height, channels;
+};
+
+// Hands the TextureSystem tiles of what is in memory.
+class FromMemory : public OIIO::ImageInput {
+ public:
+  const char* format_name() const override { return "tilecast"; }
+  bool open(const std::string&, OIIO::ImageSpec&) override { return false; }
+  bool open(const std::string&, OIIO::ImageSpec& spec, const OIIO::ImageSpec& config) override {
+    void* address = nullptr;
+    if (!config.getattribute(kAddress, OIIO::TypeDesc::PTR, &address)) return false;
+    pixels_ = static_cast<const Pixels*>(address);
+    m_spec = OIIO::ImageSpec(pixels_->width, pixels_->height, pixels_->channels, OIIO::TypeFloat);
+    m_spec.tile_width = m_spec.tile_height = kTile;
+    m_spec.tile_depth = 1;
+    spec = m_spec;
+    return true;
+  }
+  bool close() override { return true; }
+  bool read_native_scanline(int, int, int, int, void*) override { return false; }
+  bool read_native_tile(int, int, int x, int y, int, void* data) override {
+    const size_t channels = pixels_->channels, columns = std::min(kTile, pixels_->width - x);
+    float* out = static_cast<float*>(data);
+    std::fill_n(out, kTile * kTile * channels, 0.0f);  // beyond the image nothing is looked up
+    for (int row = 0; row < std::min(kTile, pixels_->height - y); ++row)
+      std::memcpy(out + row * kTile * channels, &pixels_->values[(size_t(y + row) * pixels_->width + x) * channels],
+                  columns * channels * sizeof(float));
+    return true;
+  }
+
+ private:
+  const Pixels* pixels_ = nullptr;
+};
+
+OIIO::ImageInput* make_from_memory() { return new FromMemory; }
+
+OIIO::TextureSystem& texture_system() {
+  static OIIO::TextureSystem* const system = OIIO::TextureSystem::create(true);
+  return *system;
+}
+OIIO::ImageCache& image_cache() {
+  static OIIO::ImageCache* const cache = OIIO::ImageCache::create(true);  // the one of the texture system
+  return *cache;
+}
+
+class InTextureSystem : public Texels {
+ public:
+  explicit InTextureSystem(Pixels pixels) : pixels_(std::move(pixels)), name_(next_name()) {
+    for (int c = 0; c < 3; ++c) {
+      const int channel = pixels_.channels == 1 ? 0 : c;
+      least[c] = most[c] = pixels_.values[channel];
+      for (size_t i = channel; i < pixels_.values.size(); i += pixels_.channels) {
+        least[c] = std::min<double>(least[c], pixels_.values[i]);
+        most[c] = std::max<double>(most[c], pixels_.values[i]);
+      }
+    }
+    OIIO::ImageSpec config;
+    const void* address = &pixels_;
+    config.attribute(kAddress, OIIO::TypeDesc::PTR, &address);
+    image_cache().add_file(name_, make_from_memory, &config);
+    handle_ = texture_system().get_texture_handle(name_);
+    if (!handle_ || !texture_system().good(handle_))
+      throw Error("the image cannot be made a texture: " + texture_system().geterror());
+  }
+  ~InTextureSystem() override { image_cache().invalidate(name_, true); }
+  InTextureSystem(const InTextureSystem&) = delete;
+  InTextureSystem& operator=(const InTextureSystem&) = delete;
+
+  Rgb at(const Vec2& st, Wrap wrap, TexelFilter filter) const override {
+    OIIO::TextureOpt options;
+    options.swrap = options.twrap = wrap == Wrap::Repeat   ? OIIO::TextureOpt::WrapPeriodic
+                                    : wrap == Wrap::Mirror ? OIIO::TextureOpt::WrapMirror
+                                                           : OIIO::TextureOpt::WrapClamp;
+    options.mipmode = OIIO::TextureOpt::MipModeNoMIP;
+    options.interpmode =
+        filter == TexelFilter::Bilinear ? OIIO::TextureOpt::InterpBilinear : OIIO::TextureOpt::InterpClosest;
+    float found[3] = {0.0f, 0.0f, 0.0f};
+    OIIO::TextureSystem& system = texture_system();
+    system.texture(handle_, system.get_perthread_info(), options, static_cast<float>(st.x), static_cast<float>(1.0 - st.y),
+                   0.0f, 0.0f, 0.0f, 0.0f, pixels_.channels, found);
+    if (pixels_.channels == 1) found[1] = found[2] = found[0];
+    return {found[0], found[1], found[2]};
+  }
+
+ private:
+  static OIIO::ustring next_name() {  // never the same twice: nothing that the cache still holds is taken for another's
+    static std::atomic<uint64_t> count{0};
+    return OIIO::ustring("tilecast:" + std::to_string(count++));
+  }
+
+  const Pixels pixels_;
+  const OIIO::ustring name_;
+  OIIO::TextureSystem::TextureHandle* handle_ = nullptr;
+};
+
+}  // namespace
+
+std::shared_ptr<Texels> make_texels(std::vector<float> pixels, int width, int height, int channels) {
+  if (width < 1 || height < 1 || size_t(width) * height > kMostPixels)
+    throw Error("a texture has at least 1 and at most 2^25 pixels, got " + std::to_string(width) + " x " +
+                std::to_string(height));
+  for (size_t i = 0; i < pixels.size(); ++i)
+    if (!(std::fabs(pixels[i]) <= kBrightest)) {  // NaN too
+      const size_t pixel = i / channels;
+      throw Error("pixel (" + std::to_string(pixel % width) + ", " + std::to_string(pixel / width) + ") is " +
+                  text(pixels[i]) + ": values must be at most 1e30");
+    }
+  return std::make_shared<InTextureSystem>(Pixels{std::move(pixels), width, height, channels});
+}
+
+}  // namespace tilecast
