@@ -61,7 +61,7 @@ Accelerator Accelerator::build(const AcceleratorChoice& choice, const PrimitiveS
 
   Accelerator out;
   auto spatial_splits = [&](std::vector<uint32_t>& order) {
-    return Bvh::build_with_spatial_splits(primitives, static_cast<size_t>(kSpatialSplitReferences * count), order);
+    return Bvh::build_with_spatial_splits(primitives, static_cast<size_t>(kSpatialSplitReferences * count), order, choice.threads);
   };
   if (kind == "none") {
     out.structure_ = BruteForce::build(primitives, out.order_);

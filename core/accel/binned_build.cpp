@@ -1,4 +1,5 @@
-// Top-down building by the surface area heuristic over bins, in vectors and on several threads.
+// Top-down building by the surface area heuristic over bins, in vectors and on several threads; where the boxes of the best
+// split overlap, planes that cut items are tried as well, as long as there is room for more of them.
 //
 // Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", RT 2007. Triangles are counted in blocks, as
 // they are tested.
@@ -9,6 +10,7 @@
 
 #include "accel/build_bins.h"
 #include "accel/bvh.h"
+#include "accel/plane_bins.h"
 #include "base/large_array.h"
 #include "base/parallel.h"
 
@@ -23,6 +25,13 @@ constexpr uint32_t kStretch = 1 << 14;  // of items, that a thread bins
 constexpr uint32_t kFull = 5;
 constexpr float kDoubt = 1.2f;
 
+// A plane is tried where the sides of the best split overlap by so much of their node's surface. The more they do, the more a
+// plane may cost, of what the split does: what overlaps is paid for again further down, which the heuristic does not see.
+// (Soup: 0.25 and 0.75 give 7 % more references, the least expected cost, and 0.36 million triangles a second; tried from
+// 0.2 on, 0.22 million at the same cost.)
+constexpr float kOverlap = 0.25f;
+float most_cost(float overlap) { return std::min(0.75f + 0.75f * overlap, 1.1f); }
+
 Four cost_alone(Four32 count) { return __builtin_convertvector(count, Four); }
 // In blocks: in whole ones, as they are tested, but half of it in proportion, as what is parted again will be.
 Four cost_in_blocks(Four32 count) {
@@ -34,13 +43,15 @@ class Builder {
  public:
   using Node = Bvh::Node;
 
-  Builder(const PrimitiveSet& primitives, int threads)
-      : threads_(threads),
+  // most: items, of which some stand in several places where it is more than there are primitives.
+  Builder(const PrimitiveSet& primitives, uint32_t most, int threads)
+      : primitives_(primitives),
+        threads_(threads),
         test_cost_(primitives.test_cost),
         in_blocks_(primitives.tested_together() > 1),
-        items_(primitives.size()) {
+        items_(most) {
     const uint32_t count = static_cast<uint32_t>(primitives.size());
-    root_ = {0, count, 0, kNothing, kNothing};
+    root_ = {0, count, most, 0, kNothing, kNothing};
     std::vector<BuildRange> parts = stretches(root_);
     in_parallel(threads_, parts.size(), [&](size_t i) {
       for (uint32_t k = parts[i].first; k < parts[i].first + parts[i].count; ++k)
@@ -106,16 +117,27 @@ class Builder {
     return nodes;
   }
 
-  void write_order(std::vector<uint32_t>& order) const {
-    order.resize(root_.count);
-    for (uint32_t i = 0; i < root_.count; ++i) order[i] = items_[i].primitive();
+  // The primitives in the order of the leaves, which then count from the first of it.
+  void write_order(std::vector<Node>& nodes, std::vector<uint32_t>& order) const {
+    order.clear();
+    if (items_.size() == root_.count) {
+      for (const BuildItem& item : items_) order.push_back(item.primitive());
+      return;
+    }
+    for (Node& node : nodes) {
+      if (node.count == 0) continue;
+      const BuildItem* items = items_.data() + node.first;
+      node.first = static_cast<uint32_t>(order.size());
+      for (uint32_t i = 0; i < node.count; ++i) order.push_back(items[i].primitive());
+    }
+    order.shrink_to_fit();
   }
 
  private:
   static std::vector<BuildRange> stretches(const BuildRange& range) {
     std::vector<BuildRange> out;
     for (uint32_t done = 0; done < range.count; done += kStretch)
-      out.push_back({range.first + done, std::min(kStretch, range.count - done), 0, kNothing, kNothing});
+      out.push_back({range.first + done, std::min(kStretch, range.count - done), 0, 0, kNothing, kNothing});
     return out;
   }
 
@@ -127,8 +149,10 @@ class Builder {
     return node;
   }
 
-  BuildBins bin(const BuildRange& range, int threads) const {
-    BuildBins bins(range);
+  // The bins that make() gives, with the range's items.
+  template <class Make>
+  auto bin(const BuildRange& range, int threads, Make&& make) const {
+    auto bins = make();
     if (threads == 1 || range.count <= 2 * kStretch) {
       bins.add(items_.data() + range.first, range.count);
       return bins;
@@ -136,7 +160,7 @@ class Builder {
     std::mutex mutex;
     const std::vector<BuildRange> parts = stretches(range);
     in_parallel(threads, parts.size(), [&](size_t i) {
-      BuildBins some(range);
+      auto some = make();
       some.add(items_.data() + parts[i].first, parts[i].count);
       std::lock_guard lock(mutex);
       bins.add(some);
@@ -151,16 +175,17 @@ class Builder {
     bool halved = range.depth >= Bvh::kGroupingDepth;
     if (halved && range.count <= most) return false;
     if (!halved) {
-      const BuildBins bins = bin(range, threads);
+      const float area = box_of(range.bounds).half_area();
+      const BuildBins bins = bin(range, threads, [&] { return BuildBins(range); });
       const BuildBins::Split split = in_blocks_ ? bins.best_split(cost_in_blocks) : bins.best_split(cost_alone);
       if (range.count <= most) {
-        const float area = box_of(range.bounds).half_area();
         const bool worth = in_blocks_ ? split.cost < kDoubt * area
                                       : 1.0f + test_cost_ * split.cost / area < test_cost_ * range.count;
         if (!worth) return false;
       }
-      halved = split.axis < 0;
-      if (!halved) bins.part(items_.data(), range, split, left, right);
+      const bool cut = part_at_plane(range, threads, area, bins, split, left, right);
+      halved = !cut && split.axis < 0;
+      if (!cut && !halved) bins.part(items_.data(), range, split, left, right);
       halved = halved || left.count == 0 || right.count == 0;
     }
     if (halved) {
@@ -170,7 +195,32 @@ class Builder {
       measure(items_.data(), right);
     }
     left.depth = right.depth = range.depth + 1;
+    share_room(range, left, right);
     return true;
+  }
+
+  // False: there is no plane that is worth it.
+  bool part_at_plane(const BuildRange& range, int threads, float area, const BuildBins& bins, const BuildBins::Split& split,
+                     BuildRange& left, BuildRange& right) {
+    const uint32_t room = range.end - range.first - range.count;
+    if (room == 0 || range.count <= (in_blocks_ ? kTriangleBlock : Bvh::kLeafSize)) return false;
+    const float overlap = split.axis < 0 ? area : bins.overlap(split);
+    if (overlap < kOverlap * area) return false;
+    const PlaneBins planes = bin(range, threads, [&] { return PlaneBins(range, primitives_); });
+    const PlaneBins::Split plane = in_blocks_ ? planes.best_split(range.count, room, cost_in_blocks)
+                                              : planes.best_split(range.count, room, cost_alone);
+    return plane.cost < most_cost(overlap / area) * split.cost && PlaneBins::part(primitives_, items_.data(), range, plane, left, right);
+  }
+
+  // Gives both parts of the room that is left in proportion.
+  void share_room(const BuildRange& range, BuildRange& left, BuildRange& right) {
+    const uint32_t end = right.first + right.count;
+    const uint32_t to_left = static_cast<uint32_t>(uint64_t(range.end - end) * left.count / (left.count + right.count));
+    if (to_left > 0)
+      std::copy_backward(items_.begin() + right.first, items_.begin() + end, items_.begin() + end + to_left);
+    right.first += to_left;
+    left.end = right.first;
+    right.end = range.end;
   }
 
   std::vector<Node> subtree(const BuildRange& range) {
@@ -198,6 +248,7 @@ class Builder {
     return std::vector<Node>(nodes.begin(), nodes.end());  // without what was reserved
   }
 
+  const PrimitiveSet& primitives_;
   const int threads_;
   const float test_cost_;
   const bool in_blocks_;
@@ -207,11 +258,11 @@ class Builder {
 
 }  // namespace
 
-Bvh Bvh::build_binned(const PrimitiveSet& primitives, std::vector<uint32_t>& order, int threads) {
-  Builder builder(primitives, std::max(threads, 1));
+Bvh Bvh::build_binned(const PrimitiveSet& primitives, size_t most_references, std::vector<uint32_t>& order, int threads) {
+  Builder builder(primitives, static_cast<uint32_t>(std::max(most_references, primitives.size())), std::max(threads, 1));
   Bvh bvh;
   bvh.nodes_ = builder.build();
-  builder.write_order(order);
+  builder.write_order(bvh.nodes_, order);
   return bvh;
 }
 

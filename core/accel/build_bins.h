@@ -9,7 +9,7 @@
 namespace tilecast {
 
 struct BuildRange {
-  uint32_t first, count;
+  uint32_t first, count, end;  // end: of the room for its items, and for parts of those that are cut
   int depth;
   Eight bounds, centres;  // joined
 };
@@ -83,7 +83,19 @@ class BuildBins {
     return out;
   }
 
-  // Moves what lies left of the split to the front; the ranges get all but their depth. Each item trades places with
+  // Half the surface of what both sides' boxes share.
+  float overlap(const Split& split) const {
+    Eight sides[2] = {kNothing, kNothing};
+    for (int b = 0; b < bins_; ++b) {
+      Eight& side = sides[b >= split.bin];
+      side = least(side, boxes_[split.axis][b]);
+    }
+    const FrameBox shared = box_of(sides[0]).intersected(box_of(sides[1]));
+    return shared.empty() ? 0.0f : shared.half_area();
+  }
+
+  // Moves what lies left of the split to the front; the ranges get all but their depth
+  // and their room. Each item trades places with
   // the first of the right side, wherever it belongs, so that nothing has to be foreseen.
   void part(BuildItem* items, const BuildRange& range, const Split& split, BuildRange& left, BuildRange& right) const {
     left.bounds = right.bounds = kNothing;

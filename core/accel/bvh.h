@@ -1,6 +1,6 @@
 // A bounding volume hierarchy over float boxes in a frame, two children a node.
 //
-// The builders differ in what they group (accel/binned_build.cpp, bvh_build.cpp, spatial_splits.cpp) and may be followed
+// The builders differ in what they group (accel/binned_build.cpp, bvh_build.cpp) and may be followed
 // by an optimisation (accel/reinsertion.cpp). All bound the depth, so the traversal's stack is fixed.
 #pragma once
 
@@ -39,8 +39,10 @@ class Bvh {
   static Bvh build(const PrimitiveSet& primitives, Grouping grouping, std::vector<uint32_t>& order,
                    int threads = 1);
   // With objects in more than one box; `order` has at most `most_references` entries.
-  static Bvh build_with_spatial_splits(const PrimitiveSet& primitives, size_t most_references,
-                                       std::vector<uint32_t>& order);
+  static Bvh build_with_spatial_splits(const PrimitiveSet& primitives, size_t most_references, std::vector<uint32_t>& order,
+                                       int threads = 1) {
+    return build_binned(primitives, most_references, order, threads);
+  }
   // Takes nodes out and puts them where they cost least, as long as that pays.
   void optimise_by_reinsertion();
 
@@ -125,7 +127,7 @@ class Bvh {
   }
 
  private:
-  static Bvh build_binned(const PrimitiveSet& primitives, std::vector<uint32_t>& order, int threads);
+  static Bvh build_binned(const PrimitiveSet& primitives, size_t most_references, std::vector<uint32_t>& order, int threads);
   static double step_cost(const Node& node, float test_cost, uint32_t together) {  // of having met it
     return node.count > 0 ? test_cost * ((node.count + together - 1) / together) : 2.0;
   }

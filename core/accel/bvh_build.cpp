@@ -5,7 +5,6 @@
 #include <bit>
 #include <numeric>
 
-#include "accel/bins.h"
 #include "accel/bvh.h"
 
 namespace tilecast {
@@ -16,11 +15,19 @@ constexpr uint32_t kLeafSize = Bvh::kLeafSize;
 // What a way of grouping answers: how many items go left (the items are rearranged), or 0 for a leaf.
 using Items = std::span<uint32_t>;
 
-uint32_t halve(Items items) { return static_cast<uint32_t>(items.size() / 2); }
-
-auto boxes_of(const PrimitiveSet& primitives) {
-  return [&primitives](uint32_t item) -> const FrameBox& { return primitives.boxes[item]; };
+FrameBox centroid_bounds(const PrimitiveSet& primitives, Items items) {
+  FrameBox out;
+  for (uint32_t item : items) {
+    const FrameBox& box = primitives.boxes[item];
+    for (int i = 0; i < 3; ++i) {
+      float c = box.centre(i);
+      out.lo[i] = std::min(out.lo[i], c), out.hi[i] = std::max(out.hi[i], c);
+    }
+  }
+  return out;
 }
+
+uint32_t halve(Items items) { return static_cast<uint32_t>(items.size() / 2); }
 
 // Whether one item comes before another along an axis.
 auto by_centre(const PrimitiveSet& primitives, int axis) {
@@ -56,7 +63,7 @@ uint32_t part_by_sweep(const PrimitiveSet& primitives, Items items, const FrameB
 
 uint32_t part_at_median(const PrimitiveSet& primitives, Items items) {
   if (items.size() <= kLeafSize) return 0;
-  int axis = centroid_bounds(items, boxes_of(primitives)).longest_axis();
+  int axis = centroid_bounds(primitives, items).longest_axis();
   uint32_t left = halve(items);
   std::nth_element(items.begin(), items.begin() + left, items.end(), by_centre(primitives, axis));
   return left;
@@ -64,7 +71,7 @@ uint32_t part_at_median(const PrimitiveSet& primitives, Items items) {
 
 uint32_t part_at_middle(const PrimitiveSet& primitives, Items items) {
   if (items.size() <= kLeafSize) return 0;
-  FrameBox centroids = centroid_bounds(items, boxes_of(primitives));
+  FrameBox centroids = centroid_bounds(primitives, items);
   int axis = centroids.longest_axis();
   float at = centroids.centre(axis);
   auto middle = std::partition(items.begin(), items.end(),
@@ -92,7 +99,7 @@ uint64_t morton_code(const FrameBox& box, const FrameBox& centroids) {
 }
 
 std::vector<uint64_t> sort_along_curve(const PrimitiveSet& primitives, Items items) {
-  FrameBox centroids = centroid_bounds(items, boxes_of(primitives));
+  FrameBox centroids = centroid_bounds(primitives, items);
   std::vector<uint64_t> codes(primitives.size());
   for (uint32_t i = 0; i < codes.size(); ++i) codes[i] = morton_code(primitives.boxes[i], centroids);
   std::sort(items.begin(), items.end(),
@@ -114,7 +121,7 @@ uint32_t part_along_curve(const std::vector<uint64_t>& codes, Items items) {
 
 Bvh Bvh::build(const PrimitiveSet& primitives, Grouping grouping, std::vector<uint32_t>& order,
                int threads) {
-  if (grouping == Grouping::Sah) return build_binned(primitives, order, threads);
+  if (grouping == Grouping::Sah) return build_binned(primitives, primitives.size(), order, threads);
   order.resize(primitives.size());
   std::iota(order.begin(), order.end(), 0u);
   std::vector<uint64_t> codes;

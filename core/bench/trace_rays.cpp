@@ -1,6 +1,8 @@
 // Our kernels and Embree's on the same triangles and rays, in turns; medians and ratios.
 //
-//   trace_rays [--runs N] [--threads N] [--side N] [--only NAME] [MESH.ply...]
+//   trace_rays [--runs N] [--threads N] [--side N] [--only NAME] [--high-quality] [MESH.ply...]
+//
+// --high-quality: both by spatial splits.
 #include <cstdio>
 #include <functional>
 #include <random>
@@ -19,6 +21,7 @@ struct Options {
   int threads = 1;
   uint32_t side = 1024;  // of the image, in pixels: a multiple of 16
   std::string only;
+  bool high_quality = false;
 };
 
 double median(std::vector<double> v) {
@@ -87,15 +90,16 @@ RaySets make_rays(const Mesh& mesh, const AcceleratedMesh& accelerated, bool ins
 
 void race(const Triangles& triangles, const Options& options) {
   Mesh mesh = Mesh::build(triangles.vertices, triangles.faces);
-  AcceleratorChoice choice("bvh");
+  AcceleratorChoice choice(options.high_quality ? "sbvh" : "bvh");
   choice.threads = options.threads;
   std::vector<double> ours_build, embree_build;
   for (int i = 0; i < std::min(options.runs, 3); ++i) {
     ours_build.push_back(seconds(options.threads, [&] { AcceleratedMesh(mesh, choice); }));
-    embree_build.push_back(Embree(triangles, {.threads = options.threads}).build_seconds());
+    embree_build.push_back(Embree(triangles, {.high_quality = options.high_quality, .threads = options.threads}).build_seconds());
   }
   AcceleratedMesh ours(mesh, choice);
-  Embree embree(triangles, {.threads = options.threads}), robust(triangles, {.robust = true, .threads = options.threads});
+  Embree embree(triangles, {.high_quality = options.high_quality, .threads = options.threads});
+  Embree robust(triangles, {.robust = true, .high_quality = options.high_quality, .threads = options.threads});
   const double n = static_cast<double>(triangles.faces.size());
   std::printf("\n%s: %.0f triangles\n", triangles.name.c_str(), n);
   std::printf("  build       ours %.2f M/s, Embree %.2f M/s: ratio %.2f;  bytes a triangle: ours %.1f, Embree %.1f (peak %.1f)\n",
@@ -182,6 +186,7 @@ int main(int argc, char** argv) try {
     else if (name == "--threads") options.threads = number(1);
     else if (name == "--side") options.side = static_cast<uint32_t>(number(16)) / 16 * 16;
     else if (name == "--only") options.only = value();
+    else if (name == "--high-quality") options.high_quality = true;
     else if (name.starts_with("--")) throw std::runtime_error("unknown option " + name);
     else meshes.push_back(name);
   }

@@ -93,20 +93,24 @@ TEST(Accelerators, BuildAMillionIdenticalTriangles) {
   EXPECT_EQ(mesh.closest(ray, free).face, 0u);
 }
 
-TEST(Accelerators, BuildTheSameTreeOnAnyNumberOfThreads) {
+// Crowded, even, and in layers; one of a hundred is large.
+Mesh mixed_triangles(uint32_t count, double large = 0.5) {
   Random random(5);
   std::vector<Vec3> vertices;
   std::vector<glm::uvec3> faces;
   auto place = [&] { return std::uniform_real_distribution<double>(-1, 1)(random); };
-  for (uint32_t i = 0; i < 60000; ++i) {
-    const double size = i % 100 ? 0.01 : 0.5;
-    const Vec3 at{std::pow(place(), 5), place(), std::floor(4 * place())};  // crowded, even, and in layers
+  for (uint32_t i = 0; i < count; ++i) {
+    const double size = i % 100 ? 0.01 : large;
+    const Vec3 at{std::pow(place(), 5), place(), std::floor(4 * place())};
     for (int k = 0; k < 3; ++k) vertices.push_back(at + size * Vec3(place(), place(), place()));
     faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
   }
-  const Mesh mesh = Mesh::build(vertices, faces);
+  return Mesh::build(vertices, faces);
+}
+
+std::vector<FrameBox> boxes_of(const Mesh& mesh) {
   std::vector<FrameBox> boxes;
-  for (uint32_t i = 0; i < faces.size(); ++i) {
+  for (uint32_t i = 0; i < mesh.faces.size(); ++i) {
     FrameBox box;
     const Triangle t = mesh.triangle(i);
     for (const Vec3f& p : {t.a, t.b, t.c})
@@ -114,27 +118,48 @@ TEST(Accelerators, BuildTheSameTreeOnAnyNumberOfThreads) {
         box.lo[k] = std::min(box.lo[k], p[k] - kBoxPadding), box.hi[k] = std::max(box.hi[k], p[k] + kBoxPadding);
     boxes.push_back(box);
   }
-  PrimitiveSet primitives{boxes, 1.0f, &mesh};
-  std::vector<uint32_t> order, other_order;
-  const Bvh bvh = Bvh::build(primitives, Grouping::Sah, order);
-  const WideBvh wide = WideBvh::fold(bvh, order, mesh);
-  auto same = [](const auto& a, const auto& b) {
-    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0;
-  };
-  for (int threads : {2, 3, 8}) {
-    const Bvh other = Bvh::build(primitives, Grouping::Sah, other_order, threads);
-    EXPECT_TRUE(same(order, other_order));
-    EXPECT_TRUE(same(bvh.nodes(), other.nodes()));
-    const WideBvh other_wide = WideBvh::fold(other, other_order, mesh, threads);
-    EXPECT_TRUE(same(wide.nodes(), other_wide.nodes()));
-    EXPECT_TRUE(same(wide.blocks(), other_wide.blocks()));
+  return boxes;
+}
+
+template <class T>
+bool same(const T& a, const T& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0;
+}
+
+TEST(Accelerators, BuildTheSameTreeOnAnyNumberOfThreads) {
+  const Mesh mesh = mixed_triangles(60000);
+  const std::vector<FrameBox> boxes = boxes_of(mesh);
+  const PrimitiveSet primitives{boxes, 1.0f, &mesh};
+  for (bool spatial : {false, true}) {
+    auto build = [&](std::vector<uint32_t>& order, int threads) {
+      return spatial ? Bvh::build_with_spatial_splits(primitives, 2 * boxes.size(), order, threads)
+                     : Bvh::build(primitives, Grouping::Sah, order, threads);
+    };
+    std::vector<uint32_t> order, other_order;
+    const Bvh bvh = build(order, 1);
+    const WideBvh wide = WideBvh::fold(bvh, order, mesh);
+    for (int threads : {2, 3, 8}) {
+      const Bvh other = build(other_order, threads);
+      EXPECT_TRUE(same(order, other_order));
+      EXPECT_TRUE(same(bvh.nodes(), other.nodes()));
+      const WideBvh other_wide = WideBvh::fold(other, other_order, mesh, threads);
+      EXPECT_TRUE(same(wide.nodes(), other_wide.nodes()));
+      EXPECT_TRUE(same(wide.blocks(), other_wide.blocks()));
+    }
   }
-  // Every triangle once, and every box around what is below it.
-  std::vector<uint8_t> seen(faces.size());
+}
+
+TEST(Accelerators, PutEveryTriangleInOneBox) {
+  const Mesh mesh = mixed_triangles(20000);
+  const std::vector<FrameBox> boxes = boxes_of(mesh);
+  std::vector<uint32_t> order;
+  const Bvh bvh = Bvh::build({boxes, 1.0f, &mesh}, Grouping::Sah, order);
+  const WideBvh wide = WideBvh::fold(bvh, order, mesh);
+  std::vector<uint8_t> seen(boxes.size());
   for (const TriangleBlock& block : wide.blocks())
     for (uint32_t face : block.face)
       if (face != TriangleBlock::kNone) ++seen[face];
-  EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), static_cast<long>(faces.size()));
+  EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), static_cast<long>(boxes.size()));
   for (const Bvh::Node& node : bvh.nodes()) {
     FrameBox below;
     if (node.count > 0) {
@@ -143,6 +168,40 @@ TEST(Accelerators, BuildTheSameTreeOnAnyNumberOfThreads) {
       below = bvh.nodes()[node.first].box().joined(bvh.nodes()[node.first + 1].box());
     }
     for (int k = 0; k < 3; ++k) EXPECT_TRUE(node.lo[k] == below.lo[k] && node.hi[k] == below.hi[k]);
+  }
+}
+
+TEST(Accelerators, CutWhatOverlapsAndNothingElse) {
+  const Mesh smooth = icosphere(5).build();
+  std::vector<FrameBox> boxes = boxes_of(smooth);
+  std::vector<uint32_t> order;
+  Bvh::build_with_spatial_splits({boxes, 1.0f, &smooth}, 3 * boxes.size(), order);
+  EXPECT_EQ(order.size(), boxes.size());
+
+  const Mesh mesh = mixed_triangles(20000, 2.0);
+  boxes = boxes_of(mesh);
+  const PrimitiveSet primitives{boxes, 1.0f, &mesh};
+  const double whole = WideBvh::folded_cost(Bvh::build(primitives, Grouping::Sah, order));
+  for (size_t most : {boxes.size() + 1, 3 * boxes.size() / 2, 3 * boxes.size()}) {
+    const Bvh bvh = Bvh::build_with_spatial_splits(primitives, most, order);
+    EXPECT_LE(order.size(), most);
+    // Any point of a triangle lies in a leaf that has the triangle.
+    std::vector<std::vector<FrameBox>> leaves(boxes.size());
+    for (const Bvh::Node& node : bvh.nodes())
+      for (uint32_t i = 0; i < node.count; ++i) leaves[order[node.first + i]].push_back(node.box());
+    Random random(6);
+    auto unit = [&] { return std::uniform_real_distribution<double>(0, 1)(random); };
+    for (uint32_t face = 0; face < boxes.size(); ++face) {
+      const Triangle t = mesh.triangle(face);
+      for (int i = 0; i < 20; ++i) {
+        const double s = std::sqrt(i < 10 ? 1.0 : unit()), v = unit();  // half of them on an edge
+        const Vec3 p = (1 - s) * Vec3(t.a) + s * (1 - v) * Vec3(t.b) + s * v * Vec3(t.c);
+        ASSERT_TRUE(std::any_of(leaves[face].begin(), leaves[face].end(), [&](const FrameBox& box) {
+          return p.x >= box.lo[0] && p.x <= box.hi[0] && p.y >= box.lo[1] && p.y <= box.hi[1] && p.z >= box.lo[2] && p.z <= box.hi[2];
+        }));
+      }
+    }
+    if (most == 3 * boxes.size()) { EXPECT_LT(WideBvh::folded_cost(bvh), 0.6 * whole); }
   }
 }
 
