@@ -203,8 +203,9 @@ class Builder {
   bool part_at_plane(const BuildRange& range, int threads, float area, const BuildBins& bins, const BuildBins::Split& split,
                      BuildRange& left, BuildRange& right) {
     const uint32_t room = range.end - range.first - range.count;
+    if (split.axis < 0) return false;  // all lie at one place: cut, they would do so again
     if (room == 0 || range.count <= (in_blocks_ ? kTriangleBlock : Bvh::kLeafSize)) return false;
-    const float overlap = split.axis < 0 ? area : bins.overlap(split);
+    const float overlap = bins.overlap(split);
     if (overlap < kOverlap * area) return false;
     const PlaneBins planes = bin(range, threads, [&] { return PlaneBins(range, primitives_); });
     const PlaneBins::Split plane = in_blocks_ ? planes.best_split(range.count, room, cost_in_blocks)

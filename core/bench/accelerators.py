@@ -35,13 +35,12 @@ def seconds(compiled: Compiled, sample: int) -> float:
 
 def medians(scenes: dict[str, Compiled], runs: int, base: str) -> dict[str, float]:
     """Seconds of each, by name; `base` decides which are too slow to go on."""
-    taken = {name: [seconds(scene, 0)] for name, scene in scenes.items()}
-    going = [name for name in scenes if taken[name][0] < SLOW * taken[base][0]]
+    first = {name: seconds(scene, 0) for name, scene in scenes.items()}  # and warms up
+    taken = {name: [] for name in scenes if first[name] < SLOW * first[base]}
     for run in range(runs):
-        for name in going:
-            times = taken[name] if run else taken[name].clear() or taken[name]  # the first turn warms up
+        for name, times in taken.items():
             times.append(seconds(scenes[name], run))
-    return {name: statistics.median(times) for name, times in taken.items()}
+    return first | {name: statistics.median(times) for name, times in taken.items()}
 
 
 def choice(path: Path, height: int, runs: int) -> dict:
