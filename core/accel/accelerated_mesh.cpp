@@ -7,15 +7,7 @@ namespace tilecast {
 AcceleratedMesh::AcceleratedMesh(Mesh mesh, const AcceleratorChoice& choice) : mesh_(std::move(mesh)) {
   std::vector<FrameBox> boxes;
   boxes.reserve(mesh_.faces.size());
-  for (uint32_t i = 0; i < mesh_.faces.size(); ++i) {
-    Triangle t = mesh_.triangle(i);
-    FrameBox box;
-    for (int k = 0; k < 3; ++k) {
-      box.lo[k] = std::min({t.a[k], t.b[k], t.c[k]}) - kBoxPadding;
-      box.hi[k] = std::max({t.a[k], t.b[k], t.c[k]}) + kBoxPadding;
-    }
-    boxes.push_back(box);
-  }
+  for (uint32_t i = 0; i < mesh_.faces.size(); ++i) boxes.push_back(FrameBox::around(mesh_.triangle(i)));
   PrimitiveSet primitives;
   primitives.boxes = boxes;
   primitives.mesh = &mesh_;

@@ -61,7 +61,8 @@ Accelerator Accelerator::build(const AcceleratorChoice& choice, const PrimitiveS
 
   Accelerator out;
   auto spatial_splits = [&](std::vector<uint32_t>& order) {
-    return Bvh::build_with_spatial_splits(primitives, static_cast<size_t>(kSpatialSplitReferences * count), order, choice.threads);
+    const size_t most = static_cast<size_t>(kSpatialSplitReferences * count);
+    return Bvh::build_with_spatial_splits(primitives, most, order, choice.threads);
   };
   if (kind == "none") {
     out.structure_ = BruteForce::build(primitives, out.order_);

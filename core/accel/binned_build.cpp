@@ -120,6 +120,7 @@ class Builder {
   // The primitives in the order of the leaves, which then count from the first of it.
   void write_order(std::vector<Node>& nodes, std::vector<uint32_t>& order) const {
     order.clear();
+    order.reserve(root_.count);
     if (items_.size() == root_.count) {
       for (const BuildItem& item : items_) order.push_back(item.primitive());
       return;
@@ -168,6 +169,11 @@ class Builder {
     return bins;
   }
 
+  template <class Bins, class... Limits>
+  typename Bins::Split best_split(const Bins& bins, Limits... limits) const {
+    return in_blocks_ ? bins.best_split(limits..., cost_in_blocks) : bins.best_split(limits..., cost_alone);
+  }
+
   // False: a leaf.
   bool part(const BuildRange& range, int threads, BuildRange& left, BuildRange& right) {
     const uint32_t most = in_blocks_ ? kTriangleBlock : Bvh::kLeafSize;
@@ -177,13 +183,13 @@ class Builder {
     if (!halved) {
       const float area = box_of(range.bounds).half_area();
       const BuildBins bins = bin(range, threads, [&] { return BuildBins(range); });
-      const BuildBins::Split split = in_blocks_ ? bins.best_split(cost_in_blocks) : bins.best_split(cost_alone);
+      const BuildBins::Split split = best_split(bins);
       if (range.count <= most) {
         const bool worth = in_blocks_ ? split.cost < kDoubt * area
                                       : 1.0f + test_cost_ * split.cost / area < test_cost_ * range.count;
         if (!worth) return false;
       }
-      const bool cut = part_at_plane(range, threads, area, bins, split, left, right);
+      const bool cut = range.count > most && part_at_plane(range, threads, area, bins, split, left, right);
       halved = !cut && split.axis < 0;
       if (!cut && !halved) bins.part(items_.data(), range, split, left, right);
       halved = halved || left.count == 0 || right.count == 0;
@@ -203,14 +209,13 @@ class Builder {
   bool part_at_plane(const BuildRange& range, int threads, float area, const BuildBins& bins, const BuildBins::Split& split,
                      BuildRange& left, BuildRange& right) {
     const uint32_t room = range.end - range.first - range.count;
-    if (split.axis < 0) return false;  // all lie at one place: cut, they would do so again
-    if (room == 0 || range.count <= (in_blocks_ ? kTriangleBlock : Bvh::kLeafSize)) return false;
+    if (room == 0 || split.axis < 0) return false;  // what lies at one place would, cut, do so again
     const float overlap = bins.overlap(split);
     if (overlap < kOverlap * area) return false;
     const PlaneBins planes = bin(range, threads, [&] { return PlaneBins(range, primitives_); });
-    const PlaneBins::Split plane = in_blocks_ ? planes.best_split(range.count, room, cost_in_blocks)
-                                              : planes.best_split(range.count, room, cost_alone);
-    return plane.cost < most_cost(overlap / area) * split.cost && PlaneBins::part(primitives_, items_.data(), range, plane, left, right);
+    const PlaneBins::Split plane = best_split(planes, range.count, room);
+    return plane.cost < most_cost(overlap / area) * split.cost &&
+           PlaneBins::part(primitives_, items_.data(), range, plane, left, right);
   }
 
   // Gives both parts of the room that is left in proportion.
@@ -259,7 +264,8 @@ class Builder {
 
 }  // namespace
 
-Bvh Bvh::build_binned(const PrimitiveSet& primitives, size_t most_references, std::vector<uint32_t>& order, int threads) {
+Bvh Bvh::build_with_spatial_splits(const PrimitiveSet& primitives, size_t most_references, std::vector<uint32_t>& order,
+                                   int threads) {
   Builder builder(primitives, static_cast<uint32_t>(std::max(most_references, primitives.size())), std::max(threads, 1));
   Bvh bvh;
   bvh.nodes_ = builder.build();

@@ -14,6 +14,13 @@ struct BuildRange {
   Eight bounds, centres;  // joined
 };
 
+// The bins of three places, 0 to count - 1: what lies outside would be written through.
+inline Four32 bins_at(Four place, int count) {
+  const float last = static_cast<float>(count - 1);
+  place = place > 0.0f ? place : Four{};
+  return __builtin_convertvector(place < last ? place : Four{} + last, Four32);
+}
+
 class BuildBins {
  public:
   static constexpr int kMostBins = 32;
@@ -35,7 +42,7 @@ class BuildBins {
   void add(const BuildItem* items, uint32_t count) {
     for (uint32_t i = 0; i < count; ++i) {
       const BuildItem item = items[i];
-      const Four32 bin = __builtin_convertvector(within((low_half(item.centre()) - lo_) * scale_), Four32);
+      const Four32 bin = bins_at((low_half(item.centre()) - lo_) * scale_, kMostBins);
       for (int axis = 0; axis < 3; ++axis) {
         const uint32_t b = static_cast<uint32_t>(bin[axis]);
         boxes_[axis][b] = least(boxes_[axis][b], item.lanes);
@@ -125,11 +132,6 @@ class BuildBins {
   }
 
  private:
-  static Four within(Four place) {  // the array; nothing else is expected, but would be written through
-    place = place > 0.0f ? place : Four{};
-    return place < kMostBins - 1.0f ? place : Four{} + (kMostBins - 1.0f);
-  }
-
   const int bins_;
   Four lo_{}, scale_{};
   Eight boxes_[3][kMostBins];

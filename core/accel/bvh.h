@@ -40,9 +40,7 @@ class Bvh {
                    int threads = 1);
   // With objects in more than one box; `order` has at most `most_references` entries.
   static Bvh build_with_spatial_splits(const PrimitiveSet& primitives, size_t most_references, std::vector<uint32_t>& order,
-                                       int threads = 1) {
-    return build_binned(primitives, most_references, order, threads);
-  }
+                                       int threads = 1);
   // Takes nodes out and puts them where they cost least, as long as that pays.
   void optimise_by_reinsertion();
 
@@ -127,7 +125,6 @@ class Bvh {
   }
 
  private:
-  static Bvh build_binned(const PrimitiveSet& primitives, size_t most_references, std::vector<uint32_t>& order, int threads);
   static double step_cost(const Node& node, float test_cost, uint32_t together) {  // of having met it
     return node.count > 0 ? test_cost * ((node.count + together - 1) / together) : 2.0;
   }

@@ -121,7 +121,8 @@ uint32_t part_along_curve(const std::vector<uint64_t>& codes, Items items) {
 
 Bvh Bvh::build(const PrimitiveSet& primitives, Grouping grouping, std::vector<uint32_t>& order,
                int threads) {
-  if (grouping == Grouping::Sah) return build_binned(primitives, primitives.size(), order, threads);
+  if (grouping == Grouping::Sah)  // with room for no splits
+    return build_with_spatial_splits(primitives, primitives.size(), order, threads);
   order.resize(primitives.size());
   std::iota(order.begin(), order.end(), 0u);
   std::vector<uint64_t> codes;

@@ -12,6 +12,16 @@ struct FrameBox {
   static constexpr float kFar = std::numeric_limits<float>::infinity();
   float lo[3] = {kFar, kFar, kFar}, hi[3] = {-kFar, -kFar, -kFar};
 
+  // Of a triangle, padded by kBoxPadding.
+  static FrameBox around(const Triangle& t) {
+    FrameBox out;
+    for (int i = 0; i < 3; ++i) {
+      out.lo[i] = std::min({t.a[i], t.b[i], t.c[i]}) - kBoxPadding;
+      out.hi[i] = std::max({t.a[i], t.b[i], t.c[i]}) + kBoxPadding;
+    }
+    return out;
+  }
+
   // Of a box in double, padded by kBoxPadding and rounded outwards.
   static FrameBox around(const Frame& frame, const Box& box) {
     FrameBox out;

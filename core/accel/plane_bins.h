@@ -125,10 +125,7 @@ class PlaneBins {
   }
 
  private:
-  Four32 bin(Four at) const {
-    const Four place = (at - lo_) * scale_;
-    return __builtin_convertvector(place > 0.0f ? (place < kBins - 1.0f ? place : Four{} + (kBins - 1.0f)) : Four{}, Four32);
-  }
+  Four32 bin(Four at) const { return bins_at((at - lo_) * scale_, kBins); }
   float plane(int axis, int b) const { return lo_[axis] + static_cast<float>(b) * width_[axis]; }
 
   // Extends the boxes of the bins first .. last by what of a triangle lies between their planes: its edges are followed from

@@ -110,14 +110,7 @@ Mesh mixed_triangles(uint32_t count, double large = 0.5) {
 
 std::vector<FrameBox> boxes_of(const Mesh& mesh) {
   std::vector<FrameBox> boxes;
-  for (uint32_t i = 0; i < mesh.faces.size(); ++i) {
-    FrameBox box;
-    const Triangle t = mesh.triangle(i);
-    for (const Vec3f& p : {t.a, t.b, t.c})
-      for (int k = 0; k < 3; ++k)
-        box.lo[k] = std::min(box.lo[k], p[k] - kBoxPadding), box.hi[k] = std::max(box.hi[k], p[k] + kBoxPadding);
-    boxes.push_back(box);
-  }
+  for (uint32_t i = 0; i < mesh.faces.size(); ++i) boxes.push_back(FrameBox::around(mesh.triangle(i)));
   return boxes;
 }
 
@@ -197,7 +190,8 @@ TEST(Accelerators, CutWhatOverlapsAndNothingElse) {
         const double s = std::sqrt(i < 10 ? 1.0 : unit()), v = unit();  // half of them on an edge
         const Vec3 p = (1 - s) * Vec3(t.a) + s * (1 - v) * Vec3(t.b) + s * v * Vec3(t.c);
         ASSERT_TRUE(std::any_of(leaves[face].begin(), leaves[face].end(), [&](const FrameBox& box) {
-          return p.x >= box.lo[0] && p.x <= box.hi[0] && p.y >= box.lo[1] && p.y <= box.hi[1] && p.z >= box.lo[2] && p.z <= box.hi[2];
+          return p.x >= box.lo[0] && p.x <= box.hi[0] && p.y >= box.lo[1] && p.y <= box.hi[1] && p.z >= box.lo[2] &&
+                 p.z <= box.hi[2];
         }));
       }
     }

@@ -27,7 +27,8 @@ def test_a_scene_becomes_a_picture(server, tmp_path):
     assert np.array_equal(exr(server, job, tmp_path), locally(scene(samples=16)))
 
 
-def test_workers_load_nothing_for_images_that_a_scene_lacks(server):
+def test_workers_load_nothing_for_images_that_a_scene_lacks(make_server):
+    server = make_server().start()  # one that has rendered nothing else
     server.reach(server.submit(scene()), "done")
     loaded = [{Path(area.path).name for area in process.memory_maps()} for process in server.children()]
     workers = [names for names in loaded if any(name.startswith("_core") for name in names)]

@@ -49,10 +49,10 @@ def texels(pixels: np.ndarray) -> _core.Texels:
 
 def _decoded(data: bytes, file: str) -> tuple[np.ndarray, list[str]]:
     """float32 [h, w, channels], and the channels' names in capitals."""
-    from .. import _images  # OpenImageIO is loaded where there is an image
-
     if not data:
         raise SceneError("", f"names the file {file!r}, which is empty")
+    from .. import _images  # OpenImageIO is loaded where there is an image
+
     kind = PurePosixPath(file).suffix[1:].lower()
     try:
         pixels, channels, _ = _images.decode(f"image.{kind}", data)
