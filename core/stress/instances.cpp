@@ -231,11 +231,11 @@ bool mirror_shows(Random& random, uint64_t i) {
 
 void add_instances(std::vector<Case>& out) {
   out.push_back({"nested-instances", 22, "error of the hit, in 16 u times the condition number", 1, Combine::Max, 1'000'000,
-                 100'000'000, worst_of(nested_error)});
+                 1'000'000'000, worst_of(nested_error)});
   out.push_back({"singular-transforms", 23, "not refused by name", 0, Combine::Sum, 1'000'000, 10'000'000,
                  sum_of(refusal_is_missing)});
   out.push_back({"mirrored-instances", 24, "hits unlike those of the mesh mirrored beforehand", 0, Combine::Sum, 1'000'000,
-                 100'000'000, sum_of(mirror_shows)});
+                 1'000'000'000, sum_of(mirror_shows)});
 }
 
 }  // namespace tilecast::stress

@@ -205,7 +205,7 @@ bool occupancy_is_wrong(Random& random, uint64_t i) {
 
 void add_trees(std::vector<Case>& out) {
   out.push_back({"csg-trees", 19, "measure of the spans against interval algebra, in 8 u of t", 1, Combine::Max, 1'000'000,
-                 100'000'000, worst_of(measure_error)});
+                 1'000'000'000, worst_of(measure_error)});
   out.push_back({"camera-inside", 21, "origins whose occupancy is wrong", 0, Combine::Sum, 1'000'000, 100'000'000,
                  sum_of(occupancy_is_wrong)});
 }
