@@ -1,8 +1,8 @@
 // Solids in quadruple precision, by their implicit functions: what the crossings in double are held against.
 #pragma once
 
-#include <array>
-#include <vector>
+#include <algorithm>
+#include <cmath>
 
 #include "geometry/solid.h"
 
@@ -77,12 +77,17 @@ inline Quad implicit(const Solid& solid, const QuadPoint& p) {
   return std::visit([&](const auto& s) { return implicit(s, p); }, solid);
 }
 
-// A polynomial, lowest power first.
-using QuadPolynomial = std::vector<Quad>;
+// A polynomial of degree 4 at most, lowest power first.
+struct QuadPolynomial {
+  Quad coefficient[5] = {};
+  int degree = 4;
+
+  Quad leading() const { return coefficient[degree]; }
+};
 
 inline Quad evaluate(const QuadPolynomial& p, Quad t) {
-  Quad value = 0;
-  for (size_t i = p.size(); i-- > 0;) value = value * t + p[i];
+  Quad value = p.leading();
+  for (int i = p.degree; i-- > 0;) value = value * t + p.coefficient[i];
   return value;
 }
 
@@ -92,35 +97,32 @@ inline QuadPolynomial quartic_along(const Torus& t, const Ray& line) {
   Quad l0 = square(o.x) + square(o.z), l1 = Quad(o.x) * d.x + Quad(o.z) * d.z, l2 = square(d.x) + square(d.z);
   Quad a = l2 + square(d.y), b = l1 + Quad(o.y) * d.y, k = l0 + square(o.y) + square(t.radius) - square(t.minor_radius);
   Quad four = 4 * square(t.radius);
-  return {k * k - four * l0, 4 * b * k - 2 * four * l1, 4 * b * b + 2 * a * k - four * l2, 4 * a * b, a * a};
+  return {{k * k - four * l0, 4 * b * k - 2 * four * l1, 4 * b * b + 2 * a * k - four * l2, 4 * a * b, a * a}};
 }
 
 // How many different real roots a polynomial has: the changes of sign in Sturm's sequence, at both infinities.
 inline int sturm_count(QuadPolynomial p) {
-  std::vector<QuadPolynomial> sequence{p, {}};
-  for (size_t i = 1; i < p.size(); ++i) sequence[1].push_back(p[i] * static_cast<double>(i));
-  while (sequence.back().size() > 1) {
-    QuadPolynomial remainder = sequence[sequence.size() - 2];
-    const QuadPolynomial& divisor = sequence.back();
-    while (remainder.size() >= divisor.size()) {
-      Quad factor = remainder.back() / divisor.back();
-      size_t shift = remainder.size() - divisor.size();
-      for (size_t i = 0; i + 1 < divisor.size(); ++i) remainder[i + shift] -= factor * divisor[i];
-      remainder.pop_back();
-    }
-    while (!remainder.empty() && remainder.back() == 0) remainder.pop_back();
-    if (remainder.empty()) break;
-    Quad largest = 0;
-    for (Quad& c : remainder) largest = larger(largest, magnitude(c = -c));
-    for (Quad& c : remainder) c /= largest;
-    sequence.push_back(remainder);
-  }
+  QuadPolynomial next;  // first the derivative
+  next.degree = p.degree - 1;
+  for (int i = 1; i <= p.degree; ++i) next.coefficient[i - 1] = p.coefficient[i] * i;
   int below = 0, above = 0;
-  for (size_t i = 1; i < sequence.size(); ++i) {
-    const QuadPolynomial &a = sequence[i - 1], &b = sequence[i];
-    bool same = (a.back() > 0) == (b.back() > 0), odd = (a.size() + b.size()) & 1;
+  while (true) {
+    bool same = (p.leading() > 0) == (next.leading() > 0), odd = (p.degree + next.degree) & 1;
     above += !same;
     below += same == odd;
+    if (next.degree == 0) break;
+    while (p.degree >= next.degree) {  // the remainder, in place
+      Quad factor = p.leading() / next.leading();
+      for (int i = 0; i < next.degree; ++i) p.coefficient[p.degree - next.degree + i] -= factor * next.coefficient[i];
+      --p.degree;
+    }
+    while (p.degree >= 0 && p.leading() == 0) --p.degree;
+    if (p.degree < 0) break;
+    double largest = 0.0;
+    for (int i = 0; i <= p.degree; ++i) largest = std::max(largest, std::fabs(static_cast<double>(p.coefficient[i])));
+    const Quad scale = -std::ldexp(1.0, -std::ilogb(largest));  // a power of two rounds nothing
+    for (int i = 0; i <= p.degree; ++i) p.coefficient[i] *= scale;
+    std::swap(p, next);
   }
   return below - above;
 }

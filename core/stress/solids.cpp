@@ -153,9 +153,10 @@ double torus_residual(Random& random, uint64_t) {
   Crossings found(torus, line);
   double worst = 0.0;
   for (int i = 0; i < found.count; ++i) {
-    Quad t = found.item[i].t, scale = 0, power = 1;
-    for (const Quad& c : p) scale += magnitude(c * power), power *= t;
-    worst = std::max(worst, static_cast<double>(magnitude(evaluate(p, t)) / (scale * kUnitRoundoff)));
+    double t = found.item[i].t;
+    long double scale = 0;  // no term of it cancels
+    for (int k = p.degree; k >= 0; --k) scale = scale * std::fabs(t) + std::fabs(static_cast<long double>(p.coefficient[k]));
+    worst = std::max(worst, static_cast<double>(std::fabs(static_cast<long double>(evaluate(p, t))) / (scale * kUnitRoundoff)));
   }
   return worst;
 }

@@ -67,8 +67,9 @@ std::vector<TreeScene> forest(int trees, int leaves) {
 
 using Ends = std::vector<double>;  // sorted, entries and exits in turn
 
-Ends combine(CsgOperation operation, const Ends& a, const Ends& b) {
-  Ends out;
+// Replaces `a` by the two combined; `out` is scratch.
+void combine(CsgOperation operation, Ends& a, const Ends& b, Ends& out) {
+  out.clear();
   size_t i = 0, k = 0;
   while (i < a.size() || k < b.size()) {
     double t = k == b.size() || (i < a.size() && a[i] <= b[k]) ? a[i] : b[k];
@@ -80,14 +81,22 @@ Ends combine(CsgOperation operation, const Ends& a, const Ends& b) {
                                                             : in_a && !in_b;
     if (inside != (out.size() & 1)) out.push_back(t);
   }
-  return out;
+  a.swap(out);
 }
 
-Ends evaluate(const Tree& tree, const std::vector<Ends>& operands) {
-  if (tree.of.empty()) return operands[tree.operand];
-  Ends out = evaluate(tree.of[0], operands);
-  for (size_t i = 1; i < tree.of.size(); ++i) out = combine(tree.operation, out, evaluate(tree.of[i], operands));
-  return out;
+// The spans of a node, into `ends[depth]`; below it lie those of its children.
+void evaluate(const Tree& tree, const std::vector<Ends>& operands, std::vector<Ends>& ends, size_t depth = 0) {
+  if (ends.size() < depth + 2) ends.resize(depth + 2);
+  if (tree.of.empty()) {
+    ends[depth] = operands[tree.operand];
+    return;
+  }
+  thread_local Ends scratch;
+  evaluate(tree.of[0], operands, ends, depth);
+  for (size_t i = 1; i < tree.of.size(); ++i) {
+    evaluate(tree.of[i], operands, ends, depth + 1);
+    combine(tree.operation, ends[depth], ends[depth + 1], scratch);
+  }
 }
 
 // What lies between crossings that the error bounds leave in no order, which are one event to the core: see scene/csg.h. Only
@@ -114,17 +123,20 @@ double measure_error(Random& random, uint64_t i) {
     measure += found[k].entering ? -found[k].t : found[k].t;
   }
   if (found.size() % 2) return kInfinity;
-  std::vector<Ends> operands;
+  thread_local std::vector<Ends> operands, spans;  // which keep their memory
+  operands.resize(tree.csg->assembly.instances.size());
   all.clear();
-  for (const Instance& operand : tree.csg->assembly.instances) {
+  for (size_t i = 0; i < operands.size(); ++i) {
+    const Instance& operand = tree.csg->assembly.instances[i];
     const size_t begin = all.size();
     crossings(*tree.scene, tree.scene->objects[operand.object], operand.local(line), 0, all);
-    Ends ends;
+    Ends& ends = operands[i];
+    ends.clear();
     for (size_t k = begin; k < all.size(); ++k) ends.push_back(all[k].t), farthest = std::max(farthest, std::fabs(all[k].t));
     std::sort(ends.begin(), ends.end());
-    operands.push_back(std::move(ends));
   }
-  Ends ends = evaluate(tree.tree, operands);
+  evaluate(tree.tree, operands, spans);
+  const Ends& ends = spans.front();
   for (size_t k = 0; k < ends.size(); ++k) exact += k % 2 ? ends[k] : -ends[k];
   const double off = std::fabs(measure - exact), unit = 8 * kUnitRoundoff * farthest;
   return (off <= unit ? off : std::max(off - left_open(all), 0.0)) / unit;
