@@ -193,6 +193,7 @@ bool refusal_is_missing(Random& random, uint64_t i) {
 
 struct Mirrored {
   std::shared_ptr<const Scene> instanced, beforehand;
+  MeshSource mesh;  // that of `beforehand`
 };
 
 const std::vector<Mirrored>& mirrored() {
@@ -207,29 +208,38 @@ const std::vector<Mirrored>& mirrored() {
           for (auto& f : moved.faces) std::swap(f.y, f.z);
         SceneBuilder a, b;
         uint32_t of_a = a.add_mesh(source.build(), "auto"), of_b = b.add_mesh(moved.build(), "auto");
-        out.push_back({scene_of(a, {{of_a, scale(mirror)}}), scene_of(b, {{of_b, Affine{}}})});
+        out.push_back({scene_of(a, {{of_a, scale(mirror)}}), scene_of(b, {{of_b, Affine{}}}), moved});
       }
     return out;
   }();
   return all;
 }
 
-// So near an edge that rounding decides which of the triangles beside it is met.
-bool at_edge(const Hit& hit) { return std::min({hit.u, hit.v, 1.0 - hit.u - hit.v}) <= 0x1p-20; }
+// How far the ray passes from the nearest edge of the triangle.
+double distance_from_edge(const MeshSource& mesh, const Ray& ray, uint32_t primitive) {
+  const auto& face = mesh.faces[primitive];
+  double least = kInfinity;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 &p = mesh.vertices[face[k]], &q = mesh.vertices[face[(k + 1) % 3]];
+    Vec3 across = glm::cross(ray.direction, q - p);
+    least = std::min(least, std::fabs(glm::dot(p - ray.origin, across)) / glm::length(across));
+  }
+  return least;
+}
 
-// Both are the same float mesh up to a power of two an axis, but rays are rounded in the frames of both: t and normal may
-// differ by that alone, and the triangle only at an edge.
+// Both are the same float mesh up to a power of two an axis, but rays are rounded in the frames of both, which moves them aside
+// by a part of the float's unit roundoff of the coordinates. No more may lie between the hits, across the surface; and only
+// where the ray passes so near an edge of the nearer triangle may the other mesh show what is beside or behind it.
 bool mirror_shows(Random& random, uint64_t i) {
   const Mirrored& pair = mirrored()[i % mirrored().size()];
   Ray ray = random_ray(random, i & 1 ? 5.0 : 0.3);
+  const double moved = 0x1p-24 * 5.0;
   Hit a = closest(*pair.instanced, ray), b = closest(*pair.beforehand, ray);
-  if (a.found() != b.found()) return true;
+  if (a.primitive != b.primitive) return distance_from_edge(pair.mesh, ray, a.t < b.t ? a.primitive : b.primitive) > moved;
   if (!a.found()) return false;
-  double size = 5.0;  // of the coordinates at hand
-  if (a.entering != b.entering || max_abs(ray.at(a.t) - ray.at(b.t)) > 0x1p-20 * size) return true;
-  if (a.primitive != b.primitive) return !(at_edge(a) && at_edge(b));
   Surface of_a = resolve(*pair.instanced, ray, a), of_b = resolve(*pair.beforehand, ray, b);
-  return max_abs(of_a.normal - of_b.normal) > 1e-6;
+  return a.entering != b.entering || max_abs(of_a.normal - of_b.normal) > 1e-6 ||
+         std::fabs(glm::dot(of_a.point - of_b.point, of_b.normal)) > moved;
 }
 
 }  // namespace
