@@ -84,6 +84,7 @@ class SceneBuilder {
   Scene scene_;
   std::vector<CsgSource> csg_sources_;
   std::vector<Facts> facts_;
+  size_t light_pieces_ = 0;  // that collect_lights() has met
 };
 
 }  // namespace tilecast

@@ -72,6 +72,7 @@ std::vector<Bvh::Pending>& CsgWalk::open() { return workspace().open; }
 
 bool CsgWalk::begin(FrameRay& local, float& s_min, float& s_max) {
   TILECAST_COUNT(csg);
+  if (csg_.operands.empty()) return false;  // nor is there a hierarchy of them
   if (!enter_boxes(csg_.assembly.frame, line_, local)) return false;
   s_min = local.s_below(t_min_), s_max = local.s_above(t_max_);
   if (!clip_to_box(csg_.result_box.lo, csg_.result_box.hi, local, s_min, s_max)) return false;

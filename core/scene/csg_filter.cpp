@@ -8,6 +8,7 @@ namespace tilecast {
 namespace {
 
 constexpr size_t kMostOperands = 1 << 17;  // 20 MB
+constexpr double kMostStretch = 0x1p80;  // of a ball's map, squared: its own square, and that of its inverse, are floats
 constexpr double kExpected = 3, kShortest = 0x1p-6;  // batches on a stride, and its length in frame units
 
 using Batch = CsgFilter::Batch;
@@ -31,7 +32,8 @@ void set_slab(Batch& batch, int lane, int number, const Vec3& row, const Vec3& c
   batch.slab_count = std::max(batch.slab_count, number + 1);
 }
 
-void set_ball(Batch& batch, int lane, const Vec3 rows[3], const Vec3& centre) {
+// False where the squares of the map could leave the range of floats.
+bool set_ball(Batch& batch, int lane, const Vec3 rows[3], const Vec3& centre) {
   batch.balls = true;
   double stretch = 0.0;
   for (int i = 0; i < 3; ++i) {
@@ -39,15 +41,17 @@ void set_ball(Batch& batch, int lane, const Vec3 rows[3], const Vec3& centre) {
     batch.centre[i][lane] = static_cast<float>(centre[i]);
     for (int j = 0; j < 3; ++j) batch.map[i][j][lane] = static_cast<float>(rows[i][j]);
   }
+  if (!(stretch >= 1.0 / kMostStretch && stretch <= kMostStretch)) return false;
   double displacement = kDisplacement * std::sqrt(stretch) + kRelative;
   for (int k = 0; k < 2; ++k) {
     double radius = 1.0 + (k == 0 ? displacement : -displacement);
     batch.radius2[k][lane] = static_cast<float>(radius > 0.0 ? radius * radius : 0.0);
   }
   if (displacement > 0.25) batch.rough[lane] = -1;
+  return true;
 }
 
-// False where the bounds of the exact crossings could be larger than the filter has room for.
+// False where the bounds of the exact crossings could be larger than the filter has room for, or its floats are too small.
 bool set_operand(Batch& batch, int lane, const Csg& csg, uint32_t index, const Scene& scene) {
   const Frame& frame = csg.assembly.frame;
   const Instance& instance = csg.assembly.instances[index];
@@ -65,11 +69,11 @@ bool set_operand(Batch& batch, int lane, const Csg& csg, uint32_t index, const S
   };
   if (auto* sphere = std::get_if<Sphere>(&solid)) {
     for (Vec3& row : rows) row /= sphere->radius;
-    set_ball(batch, lane, rows, centre);
+    return set_ball(batch, lane, rows, centre);
   } else if (auto* cylinder = std::get_if<Cylinder>(&solid)) {
     slab(0, rows[1], -0.5 * cylinder->height, 0.5 * cylinder->height);
     Vec3 side[3]{rows[0] / cylinder->radius, rows[2] / cylinder->radius, Vec3(0.0)};
-    set_ball(batch, lane, side, centre);
+    return set_ball(batch, lane, side, centre);
   } else if (auto* halfspace = std::get_if<Halfspace>(&solid)) {  // its cut lies outside of the result
     Vec3 row = halfspace->normal.x * rows[0] + halfspace->normal.y * rows[1] + halfspace->normal.z * rows[2];
     slab(0, row, -kInfinity, halfspace->offset);

@@ -6,7 +6,9 @@
 namespace tilecast {
 namespace {
 constexpr size_t kMostOperands = 10'000'000;  // of one CSG, nested ones multiplied out
-constexpr size_t kMostLights = 1'000'000;     // further emitters are met by chance alone, which is slower but not wrong
+// Further emitters are met by chance alone, which is slower but not wrong. Pieces: a mesh's triangles; an emitter that is no
+// light, as a box, counts as one.
+constexpr size_t kMostLights = 1'000'000, kMostLightPieces = 10'000'000;
 
 // Whether a map keeps all angles: then it maps a ball to a ball. Up to what multiplying a few rotations loses.
 bool keeps_angles(const glm::dmat3& m) {
@@ -146,7 +148,7 @@ void SceneBuilder::collect_lights(uint32_t handle, const Affine& to_world, int m
   const Object& object = scene_.objects[handle];
   bool emits = material != kInherit && scene_.materials[material].emits();
   if (!(emits && facts_[handle].inherits) && !facts_[handle].has_emitter) return;
-  if (scene_.lights.areas.size() >= kMostLights) return;
+  if (scene_.lights.areas.size() >= kMostLights || light_pieces_ >= kMostLightPieces) return;
   if (object.kind == Kind::Group) {
     const Assembly& group = scene_.groups[object.index];
     for (size_t i = 0; i < group.instances.size(); ++i) {
@@ -156,6 +158,8 @@ void SceneBuilder::collect_lights(uint32_t handle, const Affine& to_world, int m
     }
     return;
   }
+  light_pieces_ += object.kind == Kind::Mesh ? object.primitives : 1;
+  if (light_pieces_ > kMostLightPieces) return;
   AreaLight light;
   light.radiance = Rgb(0.0);
   const Material* shining = material != kInherit ? &scene_.materials[material] : nullptr;

@@ -129,6 +129,14 @@ def test_what_is_wrong_with_the_call_is_told(scene, tmp_path):
         assert result.returncode == 2 and "Traceback" not in result.stderr
 
 
+def test_no_file_is_written_over_another(scene, tmp_path):
+    image = tmp_path / "out.png"
+    for options in (("--stats", str(image)), ("--error-map", str(image)), ("--stats", str(scene))):
+        done = run("render", scene, "-o", image, *options)
+        assert done.returncode == 2 and "are the same file" in done.stderr
+    assert not image.exists() and json.loads(scene.read_text())
+
+
 def test_validate_says_what_is_valid_and_lists_all_errors_on_request(scene, tmp_path):
     bad = tmp_path / "bad.json"
     bad.write_text(json.dumps(minimal(image={"width": 0, "height": 0})))

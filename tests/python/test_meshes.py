@@ -66,6 +66,36 @@ def test_faces_of_many_corners_are_cut_into_triangles():
     assert faces.max() < len(vertices)
 
 
+def test_negative_numbers_of_an_obj_count_from_their_line():
+    blocks = "".join(f"v 0 0 {z}\nv 1 0 {z}\nv 1 1 {z}\nvt 0.{z} 0\nvt 0.{z} 1\nvt 1 1\nf -3/-3 -2/-2 -1/-1\n"
+                     for z in range(1, 4))
+    vertices, faces, uvs = meshes.load(blocks.encode(), "blocks.obj", with_uvs=True)
+    assert vertices[faces][:, :, 2].tolist() == [[z] * 3 for z in range(1, 4)]
+    assert np.allclose(uvs[:, 0, 0], [0.1, 0.2, 0.3])
+
+
+def test_an_obj_may_be_untidy():
+    tidy = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 5 5 5\nf 1 2 3\nf 1 3 4\n"
+    untidy = b"# a\nv 0 0 0 # b\nv\t1 0 0\n  v 1 1 0\nv 5 5 5\r\n\tf 1 2 \\\n3\n  f 1 3\t4# c\n"
+    for a, b in zip(meshes.load(tidy, "a.obj")[:2], meshes.load(untidy, "b.obj")[:2]):
+        assert np.array_equal(a, b)
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_a_binary_ply_of_different_faces_is_refused_rather_than_misread(order):
+    head = PLY.format(vertices=6, faces=3).replace("ascii", f"binary_{'little' if order == '<' else 'big'}_endian").encode()
+    vertices = np.random.default_rng(1).random((6, 3)).astype(order + "f4").tobytes()
+
+    def faces(*of: tuple[int, ...]) -> bytes:
+        return b"".join(bytes([len(face)]) + np.array(face, order + "i4").tobytes() for face in of)
+
+    assert len(meshes.load(head + vertices + faces((0, 1, 2, 3), (1, 2, 3, 4), (2, 3, 4, 5)), "a.ply").faces) == 6
+    for mixed in (((0, 1, 2, 3), (0, 1, 4), (1, 2, 3, 4, 5)),  # as long as three of four corners
+                  ((0, 1, 2), (0, 1, 2, 3), (3, 4, 5))):
+        with pytest.raises(SceneError, match="rows of its element face differ in length"):
+            meshes.load(head + vertices + faces(*mixed), "a.ply")
+
+
 def test_a_glb_keeps_the_places_of_its_nodes(tmp_path):
     scene = trimesh.Scene()
     box = trimesh.creation.box()
@@ -99,7 +129,13 @@ def test_an_obj_needs_none_of_its_other_files():
     ("a.ply", ply([*SQUARE, (0, "nan", 0)], [(0, 1, 2)]), "vertex 4 is NaN or infinite"),
     ("a.ply", ply([*SQUARE, ("1e999", 0, 0)], [(0, 1, 2)]), "vertex 4 is NaN or infinite"),
     ("a.ply", exported("ply").replace(b"vertex 42", b"vertex 4200000000000"), "is not a readable PLY mesh"),
-    ("a.ply", ply(SQUARE, [(0, 1, 2)]).replace(b"vertex 4", b"vertex 4000000000000"), "holds no faces"),
+    ("a.ply", ply(SQUARE, [(0, 1, 2)]).replace(b"vertex 4", b"vertex 4000000000000"),
+     "5 of 4000000000000 rows of its element vertex"),
+    ("a.ply", ply(SQUARE, [(0, 1, 2)]).replace(b"face 1", b"face 3"), "1 of 3 rows of its element face are there"),
+    ("a.ply", ply(SQUARE, [(0, 1, 2), (0, 2, 3)])[:-3], "row 1 of its element face has 3 numbers instead of 4"),
+    ("a.ply", ply(SQUARE, [(0, 1, 2)]).replace(b"3 0 1 2", b"3 0 1 2 3 0 2 3"), "has 8 numbers instead of 4"),
+    ("a.obj", b"v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 00\n", "line 4 names vertex 0"),
+    ("a.obj", b"v 0 0 0\nv 1 0 0\nf -3 -2 -1\nv 1 1 0\n", "line 3 counts back beyond the first vertex"),
     ("a.ply", exported("ply")[:-1], "is not a readable PLY mesh"),
     ("a.glb", exported("glb")[:-1], "is not a readable GLB mesh"),
     ("a.stl", exported("stl")[:-1], "cut off"),

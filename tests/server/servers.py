@@ -66,13 +66,13 @@ class Server:
         self._process: subprocess.Popen | None = None
         self.client = httpx2.Client()
 
-    def start(self) -> "Server":
+    def start(self, *options: str) -> "Server":
         began = self.log.stat().st_size if self.log.exists() else 0
         command = [sys.executable, "-m", "tilecast", "serve", "--data", str(self.folder), "--port", "0"]
         with self.log.open("ab") as log:
             # A process group of its own, as a terminal gives it: for tests that signal the group.
             self._process = subprocess.Popen(
-                [*command, "--threads", "2", *self._options],
+                [*command, "--threads", "2", *self._options, *options],
                 stdout=log,
                 stderr=log,
                 env=os.environ | self._environment,

@@ -2,10 +2,11 @@
 
 import json
 import os
+import socket
 import subprocess
 import sys
 import threading
-from http.server import BaseHTTPRequestHandler, HTTPServer
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 import numpy as np
 import pytest
@@ -69,18 +70,22 @@ def test_a_running_cluster_renders_and_may_lose_everything(cluster, make_server,
 
 
 class Listener:
-    """An address that is called back; it fails the first `failures` calls."""
+    """An address that is called back; it fails the first `failures` calls, and answers while
+    it is `open`."""
 
     def __init__(self, failures: int = 0):
         self.heard: list[dict] = []
         self.calls = 0
         self.failures = failures
+        self.open = threading.Event()
+        self.open.set()
         listener = self
 
         class Handler(BaseHTTPRequestHandler):
             def do_POST(self):
                 body = self.rfile.read(int(self.headers["Content-Length"]))
                 listener.calls += 1
+                listener.open.wait()
                 failed = listener.calls <= listener.failures
                 if not failed:
                     listener.heard.append(json.loads(body))
@@ -90,7 +95,7 @@ class Listener:
             def log_message(self, *_):
                 pass
 
-        self.server = HTTPServer(("127.0.0.1", 0), Handler)
+        self.server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
         self.url = f"http://127.0.0.1:{self.server.server_port}/done"
         threading.Thread(target=self.server.serve_forever, daemon=True).start()
 
@@ -105,6 +110,27 @@ def test_a_callback_is_told_of_the_end(server):
     server.client.delete(cancelled["links"]["self"])
     until(lambda: len(listener.heard) == 2)
     assert listener.heard[1]["state"] == "cancelled"
+
+
+def test_an_address_that_never_answers_holds_up_no_other(server):
+    with socket.create_server(("127.0.0.1", 0)) as silent:  # it takes connections, and no more
+        for _ in range(3):
+            server.submit(scene(), callback=f"http://127.0.0.1:{silent.getsockname()[1]}/")
+        listener = Listener()
+        server.reach(server.submit(scene(), callback=listener.url), "done")
+        until(lambda: listener.heard, patience=8)
+
+
+def test_the_end_after_a_retry_is_told_although_the_end_before_it_is_being_told(server):
+    listener = Listener()
+    listener.open.clear()
+    job = server.submit(scene(samples=500), callback=listener.url)
+    server.client.delete(job["links"]["self"])
+    until(lambda: listener.calls == 1)
+    assert server.client.post(f"{job['links']['self']}/retry").status_code == 202
+    server.reach(job, "done")
+    listener.open.set()
+    until(lambda: "done" in [told["state"] for told in listener.heard])
 
 
 def test_a_killed_server_goes_on_with_postgresql_and_calls_back(make_server, postgres_url, tmp_path):

@@ -109,12 +109,15 @@ def test_a_job_under_way_has_a_map_of_its_error(server):
 
 
 def test_a_job_that_waits_has_a_black_picture(server):
+    first = server.submit(long_scene(seed=78))
+    server.progressed(first, 0.01)  # it has all threads
     job = server.submit(long_scene(), priority=-1000)
     server.client.patch(job["links"]["self"], json={"state": "paused"})
     assert server.client.get(job["links"]["thumbnail"]).content.startswith(b"\x89PNG")
     assert server.client.get(job["links"]["curve"]).json() == {"curve": []}
     assert server.client.get(job["links"]["stats"]).json()["kernel"]
-    server.client.delete(job["links"]["self"])
+    for each in (job, first):
+        server.client.delete(each["links"]["self"])
 
 
 def test_statistics_hold_all_that_is_promised(server):

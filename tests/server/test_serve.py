@@ -40,6 +40,8 @@ def test_why_a_server_cannot_start_is_told_in_one_line(server, tmp_path):
         calls[f"process {server.pid}"] = call("--data", str(server.folder))
         calls["postgresql"] = call("--database", "postgresql+psycopg://me:secret@127.0.0.1:1/x")
         calls["blobs"] = call("--blobs", "ftp://example.com")
+        calls["blobs at http://127.0.0.1:1/x"] = call("--blobs", "http://127.0.0.1:1/x")
+        calls["belong to another database"] = call("--blobs", (server.folder / "blobs").as_uri())
         calls["scheduler tcp://127.0.0.1:1"] = call("--scheduler", "tcp://127.0.0.1:1")
         calls["TILECAST_MAX_PIXELS"] = call(TILECAST_MAX_PIXELS="many")
         calls["--scheduler"] = call("--scheduler", "here")

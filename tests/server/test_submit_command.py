@@ -3,6 +3,9 @@
 import json
 import subprocess
 import sys
+import threading
+import time
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 import numpy as np
 from servers import scene
@@ -74,6 +77,48 @@ def test_a_server_that_is_not_there_is_told(tmp_path):
         url = "http://127.0.0.1:1/"
 
     assert "is the server running" in one_line(submit(Nowhere, written(tmp_path, scene())), 1)
+
+
+def test_an_address_that_is_none_or_no_tilecast_is_told(tmp_path):
+    class Page(BaseHTTPRequestHandler):
+        def do_POST(self):
+            self.rfile.read(int(self.headers["Content-Length"]))
+            self.send_response(301 if self.path.startswith("/moved") else 200)
+            self.end_headers()
+            self.wfile.write(b"<html>")
+
+        def log_message(self, *_):
+            pass
+
+    class Elsewhere:
+        url = "http://[::1"
+
+    path = written(tmp_path, scene())
+    bad = submit(Elsewhere, path)
+    assert bad.returncode == 2 and "is not an address" in bad.stderr and "Traceback" not in bad.stderr
+    with ThreadingHTTPServer(("127.0.0.1", 0), Page) as page:
+        threading.Thread(target=page.serve_forever, daemon=True).start()
+        Elsewhere.url = f"http://127.0.0.1:{page.server_port}"
+        assert "not a Tilecast server" in one_line(submit(Elsewhere, path), 1)
+        Elsewhere.url += "/moved"
+        assert "301" in one_line(submit(Elsewhere, path), 1)
+        page.shutdown()
+
+
+def test_waiting_outlives_a_restart(make_server, tmp_path):
+    server = make_server().start()
+    port = server.url.rsplit(":", 1)[1].strip("/")
+    image = tmp_path / "out.png"
+    command = [sys.executable, "-m", "tilecast", "submit", written(tmp_path, scene(width=128, height=96, samples=600)),
+               "--server", server.url, "-o", str(image)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as waiting:
+        waiting.stdout.readline()
+        server.kill()
+        time.sleep(6)
+        server.start("--port", port)
+        _, told = waiting.communicate(timeout=60)
+    assert waiting.returncode == 0, told
+    assert image.read_bytes().startswith(b"\x89PNG")
 
 
 def test_a_job_that_is_given_up_is_status_1(server, tmp_path):

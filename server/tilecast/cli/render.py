@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from . import options
-from .failures import failing, writable
+from .failures import BAD_SCENE, fail, failing, writable
 
 
 def render(
@@ -42,6 +42,12 @@ def render(
     to_screen = stats == Path("-")
     for path in filter(None, (output, None if to_screen else stats, error_map)):
         writable(path)
+
+    named: dict[Path, str] = {}
+    for what, path in (("the scene", scene), ("--output", output), ("--stats", None if to_screen else stats),
+                       ("--error-map", error_map)):
+        if path is not None and (other := named.setdefault(path.resolve(), what)) != what:
+            fail(f"{path}: {other} and {what} are the same file", BAD_SCENE)
 
     with failing(scene, settings):
         from ..scene.loading import load

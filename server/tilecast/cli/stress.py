@@ -152,4 +152,7 @@ def _write(output: str, table: Row) -> None:
     if output == "-":
         sys.stdout.write(text)
     else:
-        Path(output).write_text(text)
+        try:
+            Path(output).write_text(text)
+        except OSError as error:
+            fail(f"cannot write {output}: {error.strerror or error}")

@@ -38,20 +38,24 @@ def submit(
         if output.suffix.lower() not in (".png", ".exr"):
             raise typer.BadParameter(f"must end in .png or .exr, got {str(output)!r}", param_hint="--output")
         writable(output)
+    try:
+        (name or "").encode()
+    except UnicodeEncodeError:
+        raise typer.BadParameter("is not text", param_hint="--name") from None
     if not server.startswith(("http://", "https://")):
         raise typer.BadParameter(f"must begin with http:// or https://, got {server!r}", param_hint="--server")
 
     with failing(scene):
         document, files = _prepared(scene)
-        with httpx2.Client(base_url=server.rstrip("/"), timeout=60) as client:
-            try:
+        try:
+            with httpx2.Client(base_url=server.rstrip("/"), timeout=60) as client:
                 for digest, path in files.items():
                     _send(client, digest, path)
                 name = name if name is not None else scene.stem[:200]
                 order = {"scene": document, "name": name, "priority": priority}
                 # A key of its own: an answer that is lost on its way makes no second job.
                 key = {"Idempotency-Key": secrets.token_hex(16)}
-                job = _call(client, scene, "POST", "/v1/jobs", json=order, headers=key).json()
+                job = _job(_call(client, scene, "POST", "/v1/jobs", json=order, headers=key))
                 typer.echo(f"{server.rstrip('/')}{job['links']['self']}")
                 if wait or output is not None:
                     _follow(client, scene, job, quiet)
@@ -60,8 +64,10 @@ def submit(
                     suffix = output.suffix.lower()[1:]
                     image = _call(client, scene, "GET", f"{job['links']['self']}/image.{suffix}", timeout=600)
                     write_file(output, image.content)
-            except httpx2.HTTPError as error:
-                fail(f"{server}: {str(error) or type(error).__name__}; is the server running?")
+        except httpx2.InvalidURL as error:
+            raise typer.BadParameter(f"is not an address: {error}", param_hint="--server") from None
+        except httpx2.HTTPError as error:
+            fail(f"{server}: {str(error) or type(error).__name__}; is the server running?")
 
 
 def _prepared(path: Path) -> tuple[dict[str, Any], dict[str, Path]]:
@@ -96,16 +102,27 @@ def _send(client: httpx2.Client, digest: str, path: Path) -> None:
 
         size = {"Content-Length": str(path.stat().st_size), "Content-Type": "application/octet-stream"}
         answer = _retried(lambda: client.put(asset, content=content(), headers=size, timeout=600))
-        if answer.is_error:
+        if not answer.is_success:
             fail(f"{path}: {_detail(answer)}")
 
 
 def _call(client: httpx2.Client, scene: Path, method: str, path: str, **arguments: Any) -> httpx2.Response:
     """Call the server; what it refuses ends the command with one line."""
     answer = _retried(lambda: client.request(method, path, **arguments))
-    if answer.is_error:
+    if not answer.is_success:
         fail(f"{scene}: {_detail(answer)}", BAD_SCENE if answer.status_code in (413, 422) else 1)
     return answer
+
+
+def _job(answer: httpx2.Response) -> dict[str, Any]:
+    """What the server says of a job."""
+    try:
+        job = answer.json()
+        if "self" in job["links"]:
+            return job
+    except (ValueError, KeyError, TypeError):
+        pass
+    fail(f"{answer.url}: what answers there is not a Tilecast server")
 
 
 def _retried(call: Any) -> httpx2.Response:
@@ -148,11 +165,11 @@ def _follow(client: httpx2.Client, scene: Path, job: dict[str, Any], quiet: bool
                     headers["Last-Event-ID"] = event.id
                     if event.event == "error" and not quiet:
                         _tell(scene, json.loads(event.data))
+            job = _job(_call(client, scene, "GET", links["self"]))
         except httpx2.TransportError:
             if time.monotonic() - silent_since > 120:
                 raise
             time.sleep(1)
-        job = _call(client, scene, "GET", links["self"]).json()
     if job["state"] != "done":
         error = job["error"] or {"path": "", "message": f"the job was {job['state']}"}
         fail(f"{scene}: {error['path']}: {error['message']}" if error["path"] else f"{scene}: {error['message']}")

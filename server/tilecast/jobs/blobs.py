@@ -8,6 +8,7 @@ Keys:
     jobs/{id}/variance.npy          of the finished image's pixels, the same
     jobs/{id}/first-hits.npy        what the camera sees first, float32 [height, width, 7], where somebody asked for it
     jobs/{id}/thumbnail.png
+    database                        the name of the database that tells of all these
     uploads/{random}                an asset on its way in, not yet verified
 """
 
@@ -50,7 +51,7 @@ class Blobs:
         try:
             self._store = from_url(url, **options)
         except Exception as error:  # obstore's own and pyo3's, depending on what is wrong
-            raise CannotStart(f"cannot keep blobs at {url}: {str(error).splitlines()[0]}") from None
+            raise cannot_keep(url, error) from None
 
     def put(self, key: str, data: bytes, *, durable: bool = True) -> None:
         """Store `data` whole or not at all. `durable`: it outlives a power cut once this returns."""
@@ -166,8 +167,17 @@ class Blobs:
             folder.rmdir()
 
 
+def cannot_keep(url: str, error: Exception) -> CannotStart:
+    """What to say where the place cannot be used: one line."""
+    return CannotStart(f"cannot keep blobs at {url}: {' '.join(str(error).splitlines()[0].split())[:300]}")
+
+
 def scene_key(digest: str) -> str:
     return f"scenes/{digest}.json"
+
+
+def database_key() -> str:
+    return "database"
 
 
 def asset_key(digest: str) -> str:

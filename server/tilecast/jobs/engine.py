@@ -18,6 +18,7 @@ from pathlib import Path
 import dask
 import structlog
 from distributed import Client, KilledWorker, LocalCluster, Nanny, Status
+from distributed.scheduler import DEFAULT_EXTENSIONS
 
 from tilecast.jobs.faults import CannotStart
 
@@ -137,7 +138,8 @@ class Engine(Executor):
             worker_class=Nanny,
             host="127.0.0.1",
             dashboard_address=None,
-            scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},  # a port that somebody may hold, otherwise
+            scheduler_kwargs={"dashboard_address": "127.0.0.1:0",  # a port that somebody may hold, otherwise
+                              "extensions": DEFAULT_EXTENSIONS | {"spans": _NoSpans}},
             local_directory=str(self._folder),
             preload=preload,
             preload_argv=[[] for _ in preload],
@@ -187,6 +189,19 @@ class Engine(Executor):
                 log.warning("nanny_replaced")
                 self._cluster.scale(0)
                 self._cluster.scale(1)
+
+
+class _NoSpans:
+    """In the place of the scheduler's extension that keeps a span of each time that it had work, for ever."""
+
+    def __init__(self, _scheduler: object):
+        pass
+
+    def __bool__(self) -> bool:
+        return False  # it observes no tasks
+
+    def heartbeat(self, _worker: object, _data: object) -> None:
+        pass
 
 
 def _allowed_failures(dask_scheduler) -> int:

@@ -83,9 +83,12 @@ class FirstHits:
             return work.hits.result(_PATIENCE)
         except TimeoutError:
             raise NotYet("The layers of this EXR are still being made; ask for it again.") from None
-        except Exception as error:
-            log.warning("first_hits_failed", job=job.id, reason=repr(error))
+        except worker.Rejected as error:
+            log.warning("first_hits_rejected", job=job.id, reason=repr(error))
             return None
+        except Exception as error:  # a worker that died, a scheduler that went away
+            log.warning("first_hits_failed", job=job.id, reason=repr(error))
+            raise NotYet("The layers of this EXR could not be made just now; ask for it again.") from None
 
     def _keep(self, job: Job, hits: Future[np.ndarray]) -> None:
         with self._lock:

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 import structlog
+from obstore.exceptions import BaseError
 
 from tilecast.jobs import blobs as keys
 from tilecast.jobs import state
@@ -28,7 +29,7 @@ from tilecast.jobs.records import Job, Occurrence
 from tilecast.jobs.settings import Settings
 from tilecast.jobs.state import Command, State
 from tilecast.jobs.store import Store
-from tilecast.jobs.sweep import sweep
+from tilecast.jobs.sweep import claim, sweep
 from tilecast.jobs.work import JobWork, job_plan
 from tilecast.render.dispatch import Dispatcher
 from tilecast.render.plan import Tile
@@ -69,7 +70,11 @@ class Manager:
         self.store = Store(settings.database_url)
         self._closers.append(self.store.close)
         self.blobs = Blobs(settings.blobs_url)
-        sweep(self.store, self.blobs)
+        try:
+            claim(self.store, self.blobs)
+            sweep(self.store, self.blobs)
+        except BaseError as error:
+            raise keys.cannot_keep(settings.blobs_url, error) from None
         self.engine = Engine(settings.scheduler, settings.threads, settings.data / "engine")
         self._closers.append(self.engine.shutdown)
         self.callbacks = Callbacks(self.store, describe)

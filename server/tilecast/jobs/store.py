@@ -4,6 +4,7 @@ One server owns a database. Writers take turns through a lock of this process, s
 being too late; readers do not wait for them.
 """
 
+import secrets
 import threading
 import time
 from collections.abc import Iterator, Sequence
@@ -26,7 +27,7 @@ from tilecast.jobs import database
 from tilecast.jobs.faults import KeyReused, TooMany
 from tilecast.jobs.records import Job, NewJob, Occurrence, TileRow
 from tilecast.jobs.state import ACTIVE, State, Status
-from tilecast.jobs.tables import events, jobs, metadata, tiles
+from tilecast.jobs.tables import databases, events, jobs, metadata, tiles
 
 _STATE_EVENTS_KEPT = 32
 _RETRY_SECONDS = 15
@@ -58,6 +59,14 @@ class Store:
             self._owning.close()
             self._owning = None
         self._engine.dispose()
+
+    def name(self) -> str:
+        """A name that this database keeps, unlike that of any other."""
+        with self._write() as connection:
+            if (known := connection.scalar(select(databases.c.name))) is None:
+                known = secrets.token_hex(16)
+                connection.execute(insert(databases).values(name=known))
+            return known
 
     def ping(self) -> None:
         """Raise where the database does not answer."""
@@ -167,6 +176,12 @@ class Store:
         """Change columns that nobody listens for."""
         with self._write() as connection:
             connection.execute(update(jobs).where(jobs.c.id == job).values(values))
+
+    def callback_told(self, job: Job) -> None:
+        """Its address knows of the end that `job` tells of; not of one that came since, after a retry."""
+        with self._write() as connection:
+            this = (jobs.c.id == job.id, jobs.c.finished == job.finished)
+            connection.execute(update(jobs).where(*this).values(callback_due=False))
 
     def delete(self, job: str) -> bool:
         """Forget the job. Returns whether it was there."""

@@ -4,11 +4,28 @@ from collections import defaultdict
 
 import structlog
 
-from tilecast.jobs.blobs import Blobs, job_prefix, scene_key, tile_key
+from tilecast.jobs.blobs import Blobs, database_key, job_prefix, scene_key, tile_key
+from tilecast.jobs.faults import InUse
 from tilecast.jobs.state import State
 from tilecast.jobs.store import Store
 
 log = structlog.get_logger()
+
+
+def claim(store: Store, blobs: Blobs) -> None:
+    """See that the blobs are this database's, and mark them so. Raises `InUse`: another's would be swept away."""
+    name = store.name()
+    try:
+        theirs = blobs.get(database_key()).decode("ascii", "replace")
+    except FileNotFoundError:  # a new place, or an earlier version's
+        theirs = name
+        if not store.states() and blobs.folders("jobs"):
+            theirs = ""
+        else:
+            blobs.put(database_key(), name.encode())
+    if theirs != name:
+        raise InUse(f"the blobs at {blobs.url} belong to another database than this server's: give it that database, "
+                    "or a place of its own with --blobs")
 
 
 def sweep(store: Store, blobs: Blobs) -> None:

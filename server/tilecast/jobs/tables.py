@@ -66,6 +66,8 @@ jobs = Table(
     sqlite_autoincrement=True,
 )
 
+databases = Table("databases", metadata, Column("name", String(32), primary_key=True))  # this one's name: one row
+
 tiles = Table(
     "tiles",
     metadata,

@@ -18,6 +18,12 @@ from . import error
 from .plan import MOST_IN_RANGE, Chunk, Plan, Tile
 
 _FORMAT = 5  # of saved tiles
+_MOST = float(np.finfo(np.float32).max)
+
+
+def _as_float32(values: np.ndarray) -> np.ndarray:
+    """What is above the largest float becomes it: sums are finite, and images stay so."""
+    return np.clip(values, -_MOST, _MOST).astype(np.float32)
 
 
 @dataclass(frozen=True)
@@ -139,7 +145,7 @@ class Film:
         state = self._tiles[tile.index]
         if state.sums is None:
             return np.zeros((tile.height, tile.width, 3), np.float32)
-        return ((state.sums[0] + state.sums[1]) / state.samples).astype(np.float32)
+        return _as_float32((state.sums[0] + state.sums[1]) / state.samples)
 
     def pixels(self) -> np.ndarray:
         """The image as it stands: float32 [height, width, 3]."""
@@ -156,7 +162,7 @@ class Film:
         for tile in self.plan.tiles:
             sums = self._tiles[tile.index].sums
             if sums is not None:
-                image[tile.window] = error.variance(sums, self.tile_samples(tile))
+                image[tile.window] = _as_float32(error.variance(sums, self.tile_samples(tile)))
         return image
 
     def sample_counts(self) -> np.ndarray:

@@ -56,7 +56,7 @@ def _decoded(data: bytes, file: str) -> tuple[np.ndarray, list[str]]:
     kind = PurePosixPath(file).suffix[1:].lower()
     try:
         pixels, channels, _ = _images.decode(f"image.{kind}", data)
-    except _core.Error as error:
+    except (_core.Error, UnicodeDecodeError) as error:  # of names of channels
         text = " ".join(str(error).split())[:200]
         raise SceneError("", f"names the file {file!r}, which is not a readable {kind.upper()} image: {text}") from None
     return pixels, [name.upper() for name in channels]

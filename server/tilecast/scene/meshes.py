@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import io
-import re
 from pathlib import PurePosixPath
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from .errors import SceneError
+from .obj import tidy_obj
+from .ply import check_ply
 
-_OBJ_ZERO = re.compile(rb"^f[ \t][^\n]*?(?<=[ \t])0(?=[/\s]|$)", re.MULTILINE)
 _MOST_VERTICES = 2**32 - 1  # indices have 32 bits
 _MOST_UV = 1e6
 
@@ -57,8 +57,12 @@ def _read(data: bytes, kind: str, file: str, with_uvs: bool) -> tuple[np.ndarray
         text = " ".join(str(why).split())[:200]
         return SceneError("", f"names the file {file!r}, which is not a readable {kind.upper()} mesh: {text}")
 
-    if kind == "obj" and (line := _OBJ_ZERO.search(data)):  # trimesh would take it for the last vertex
-        raise corrupt(f"line {data.count(10, 0, line.start()) + 1} names vertex 0, but they count from 1")
+    try:
+        data = tidy_obj(data) if kind == "obj" else data
+        if kind == "ply":
+            check_ply(data)
+    except ValueError as error:
+        raise corrupt(error) from None
     try:
         with np.errstate(all="ignore"):
             # process=False: nothing is merged, dropped or moved by a tolerance. An STL has no materials to
