@@ -40,14 +40,12 @@ def render(
     if error_map is not None and error_map.suffix.lower() != ".png":
         raise typer.BadParameter(f"must end in .png, got {str(error_map)!r}", param_hint="--error-map")
     to_screen = stats == Path("-")
-    for path in filter(None, (output, None if to_screen else stats, error_map)):
-        writable(path)
-
-    named: dict[Path, str] = {}
-    for what, path in (("the scene", scene), ("--output", output), ("--stats", None if to_screen else stats),
-                       ("--error-map", error_map)):
-        if path is not None and (other := named.setdefault(path.resolve(), what)) != what:
-            fail(f"{path}: {other} and {what} are the same file", BAD_SCENE)
+    named = {scene.resolve(): "the scene"}
+    for what, path in (("--output", output), ("--stats", None if to_screen else stats), ("--error-map", error_map)):
+        if path is not None:
+            writable(path)
+            if (other := named.setdefault(path.resolve(), what)) != what:
+                fail(f"{path}: {other} and {what} are the same file", BAD_SCENE)
 
     with failing(scene, settings):
         from ..scene.loading import load

@@ -14,16 +14,14 @@ log = structlog.get_logger()
 
 def claim(store: Store, blobs: Blobs) -> None:
     """See that the blobs are this database's, and mark them so. Raises `InUse`: another's would be swept away."""
-    name = store.name()
-    try:
-        theirs = blobs.get(database_key()).decode("ascii", "replace")
-    except FileNotFoundError:  # a new place, or an earlier version's
-        theirs = name
-        if not store.states() and blobs.folders("jobs"):
-            theirs = ""
-        else:
-            blobs.put(database_key(), name.encode())
-    if theirs != name:
+    name = store.name().encode()
+    if blobs.has(database_key()):
+        ours = blobs.get(database_key()) == name
+    else:  # a new place, or an earlier version's
+        ours = bool(store.states()) or not blobs.folders("jobs")
+        if ours:
+            blobs.put(database_key(), name)
+    if not ours:
         raise InUse(f"the blobs at {blobs.url} belong to another database than this server's: give it that database, "
                     "or a place of its own with --blobs")
 

@@ -58,8 +58,9 @@ def _read(data: bytes, kind: str, file: str, with_uvs: bool) -> tuple[np.ndarray
         return SceneError("", f"names the file {file!r}, which is not a readable {kind.upper()} mesh: {text}")
 
     try:
-        data = tidy_obj(data) if kind == "obj" else data
-        if kind == "ply":
+        if kind == "obj":
+            data = tidy_obj(data)
+        elif kind == "ply":
             check_ply(data)
     except ValueError as error:
         raise corrupt(error) from None
