@@ -120,7 +120,7 @@ Grid Grid::build(const PrimitiveSet& primitives, bool two_levels, std::vector<ui
         for (uint32_t item : here) {
           FrameBox part = crowded.bounds.padded(kBoxPadding);
           if (primitives.clip_to(task.items[item].primitive, part))
-            crowded.items.push_back({part, task.items[item].primitive});
+            crowded.items.push_back({part.padded(kBoxPadding), task.items[item].primitive});
         }
         choose_cells(crowded.items, crowded.bounds, primitives.test_cost, crowded.cells);
         if (crowded.cells[0] * crowded.cells[1] * crowded.cells[2] > 1) {

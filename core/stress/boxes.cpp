@@ -54,6 +54,7 @@ struct Target {
   double radius;
 };
 
+template <bool kAlongAxes>
 const std::vector<Target>& targets() {
   static const std::vector<Target> all = [] {
     Random random(4);
@@ -61,7 +62,8 @@ const std::vector<Target>& targets() {
     for (double size : {1e-6, 1.0, 1e6})
       for (double radii : {0.0, 1e3, 1e6}) {
         Vec3 offset = radii * size * random_direction(random);
-        for (const MeshSource& mesh : {icosphere(1), gridded_cube(3), torus(0.8, 0.3, 8, 6)})
+        for (const MeshSource& mesh : {icosphere(kAlongAxes ? 3 : 1), gridded_cube(3),
+                                       kAlongAxes ? torus(1.0, 0.4, 6, 4) : torus(0.8, 0.3, 8, 6)})
           out.push_back({for_each_kind([&](std::string_view kind) {
                            SceneBuilder builder;
                            uint32_t object = builder.add_mesh(mesh.transformed(size, offset).build(), kind);
@@ -90,16 +92,27 @@ Vec3 tight_point(const Scene& scene, Random& random) {
   return blocks[(bits >> 8) % blocks.size()].to_parent.point(corner);
 }
 
-// Each ray is tried on every accelerator; brute force is asked once.
+// Each ray is tried on every accelerator; brute force is asked once. Along an axis, a ray stays on the planes that boxes and
+// cells end at.
+template <bool kAlongAxes>
 double culled(uint64_t first, uint64_t count) {
-  const uint64_t others = targets()[0].scenes.size() - 1;
+  const uint64_t others = targets<kAlongAxes>()[0].scenes.size() - 1;
   thread_local std::vector<Crossing> expected, found;
   const Target* target = nullptr;
   Ray ray;
   return sum_over_rows(first, count, others, [&](Random& random, uint64_t number) {
-    target = &targets()[number % targets().size()];
-    Vec3 origin = target->centre + (random() & 1 ? 0.5 : 30.0) * target->radius * random_direction(random);
-    ray = {origin, tight_point(*target->scenes[0], random) - origin};
+    target = &targets<kAlongAxes>()[number % targets<kAlongAxes>().size()];
+    const Vec3 point = tight_point(*target->scenes[0], random);
+    const double distance = (random() & 1 ? 0.5 : 30.0) * target->radius;
+    if constexpr (kAlongAxes) {
+      ray = {point, Vec3(0.0)};
+      const int axis = random() % 3;
+      ray.direction[axis] = random() & 1 ? 1.0 : -1.0;
+      ray.origin[axis] -= distance * ray.direction[axis];
+    } else {
+      const Vec3 origin = target->centre + distance * random_direction(random);
+      ray = {origin, point - origin};
+    }
     crossings(*target->scenes[0], ray, expected);
   }, [&](Random&, uint64_t i) {
     crossings(*target->scenes[1 + i % others], ray, found);
@@ -115,7 +128,9 @@ void add_boxes(std::vector<Case>& out) {
   out.push_back({"zeros-in-directions", 3, "rays that differ from brute force", 0, Combine::Sum, 1'000'000, 1'000'000'000,
                  against_brute_force(scenes_on_quarters, axis_ray)});
   out.push_back({"culled", 4, "hits of brute force that are lost", 0, Combine::Sum, 1'000'000, 1'000'000'000,
-                 culled});
+                 culled<false>});
+  out.push_back({"along-axes", 4, "hits of brute force that are lost, along an axis", 0, Combine::Sum, 1'000'000, 1'000'000'000,
+                 culled<true>});
 }
 
 }  // namespace tilecast::stress
