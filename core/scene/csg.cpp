@@ -8,7 +8,8 @@ namespace {
 // Kept from ray to ray, so that tracing does not allocate.
 struct Workspace {
   std::vector<Crossing> events;       // not walked through yet, a heap with the first on top
-  std::vector<Crossing> together;     // within their error bounds
+  std::vector<Crossing> together;     // at one place, within their error bounds
+  std::vector<uint8_t> was_inside;    // operand: before these
   std::vector<uint32_t> touched;      // operands that were entered or left
   std::vector<uint32_t> inside;       // node: children inside; of a difference, subtracted children inside
   std::vector<uint8_t> first_inside;  // node: the first child is inside
@@ -17,6 +18,9 @@ struct Workspace {
 
   CsgState state() { return {inside.data(), first_inside.data()}; }
   bool root_inside(const Csg& csg) { return state().at(csg.nodes[0], 0); }
+
+  void note(const Crossing& event) { was_inside[event.operand] = depth[event.operand] > 0; }
+  bool passed(const Crossing& event) const { return was_inside[event.operand] != (depth[event.operand] > 0); }
 
   void apply(const Csg& csg, const Crossing& event) {
     touched.push_back(event.operand);
@@ -43,8 +47,12 @@ Workspace& workspace() {
   return space;
 }
 
-// The order of the heap: the first event on top.
+double earliest(const Crossing& event) { return event.t - event.error; }
+double latest(const Crossing& event) { return event.t + event.error; }
+
+// The order of the heap: the event that may come first on top.
 bool later(const Crossing& a, const Crossing& b) {
+  if (earliest(a) != earliest(b)) return earliest(a) > earliest(b);
   if (a.t != b.t) return a.t > b.t;
   if (a.primitive != b.primitive) return a.primitive > b.primitive;
   return a.entering < b.entering;
@@ -83,7 +91,10 @@ bool CsgWalk::begin(FrameRay& local, float& s_min, float& s_max) {
     space.inside.resize(csg_.nodes.size());
     space.first_inside.resize(csg_.nodes.size());
   }
-  if (space.depth.size() < csg_.operands.size()) space.depth.resize(csg_.operands.size());
+  if (space.depth.size() < csg_.operands.size()) {
+    space.depth.resize(csg_.operands.size());
+    space.was_inside.resize(csg_.operands.size());
+  }
   return true;
 }
 
@@ -101,18 +112,21 @@ void CsgWalk::gather(uint32_t operand) {
   for (size_t k = begin; k < events.size(); ++k) std::push_heap(events.begin(), events.begin() + k + 1, later);
 }
 
+// Events that may all be at one place, the first by which one of them has happened, are together. (Not those that only a
+// third one, of which less is known, overlaps both of: a line that grazes a face tells little about where it crosses it.)
 bool CsgWalk::next_event(double t_open, Crossing& surface, bool& changed) {
   Workspace& space = workspace();
   std::vector<Crossing>& events = space.events;
   std::vector<Crossing>& together = space.together;
-  if (events.empty() || !(events.front().t + events.front().error < t_open)) return false;
   together.clear();
-  do {
+  double by = t_open;
+  while (!events.empty() && earliest(events.front()) <= by) {
     std::pop_heap(events.begin(), events.end(), later);
     together.push_back(events.back());
     events.pop_back();
-  } while (!events.empty() && events.front().t - together.back().t <= events.front().error + together.back().error);
-  if (!(together.back().t + together.back().error < t_open)) {
+    by = std::min(by, latest(together.back()));
+  }
+  if (!(by < t_open)) {
     // What is not looked at yet may belong to it.
     for (const Crossing& event : together) {
       events.push_back(event);
@@ -121,12 +135,13 @@ bool CsgWalk::next_event(double t_open, Crossing& surface, bool& changed) {
     return false;
   }
   const bool before = space.root_inside(csg_);
-  // The first operand of the scene stands for all that coincide.
-  surface = together.front();
-  for (const Crossing& event : together) {
-    space.apply(csg_, event);
-    if (event.primitive < surface.primitive) surface = event;
-  }
+  for (const Crossing& event : together) space.note(event);
+  for (const Crossing& event : together) space.apply(csg_, event);
+  // Of the operands that were entered or left, the first of the scene stands for all that coincide.
+  surface.primitive = ~uint64_t(0);
+  for (const Crossing& event : together)
+    if (space.passed(event) && event.primitive < surface.primitive) surface = event;
+  surface.t = std::min(surface.t, by);  // before all that follows
   surface.entering = !before;
   changed = space.root_inside(csg_) != before;
   return true;

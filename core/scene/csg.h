@@ -11,9 +11,9 @@
 //
 // This walk takes all that scene/csg_filter.h leaves open, and whole lines.
 //
-// Crossings whose distance is within the sum of their error bounds are one event: states are compared before and after
-// all of them. So coincident faces leave no sliver: a union loses the wall between its parts, a difference with a flush
-// face loses that face. Where several operands could give the surface, the first in the order of the scene does.
+// Crossings that may be at one place, by their error bounds, are one event: states are compared before and after all of
+// them. So coincident faces leave no sliver: a union loses the wall between its parts, a difference with a flush face
+// loses that face. Where several operands could give the surface, the first in the order of the scene does.
 #pragma once
 
 #include "scene/trace.h"

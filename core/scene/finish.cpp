@@ -60,6 +60,7 @@ Csg SceneBuilder::flatten(const CsgSource& source, const Box& bounds) {
     Task task = tasks.back();
     tasks.pop_back();
     const Object object = scene_.objects[task.instance.object];
+    if (object.primitives == 0) continue;  // its node has one child that nothing is ever inside of
     if (object.kind == Kind::Csg || object.kind == Kind::Group) {
       bool is_group = object.kind == Kind::Group;
       const auto& children = is_group ? scene_.groups[object.index].instances : csg_sources_[object.index].operands;
@@ -74,7 +75,7 @@ Csg SceneBuilder::flatten(const CsgSource& source, const Box& bounds) {
         task.instance.object = cut_off(task.instance.object, task.instance.to_local.box(around));
       operands.push_back(task.instance);
     }
-    if (operands.size() + tasks.size() > kMostOperands) throw Error("a CSG has more than 1e7 operands, nested ones multiplied out");
+    if (operands.size() + tasks.size() + csg.nodes.size() > kMostOperands) throw Error("a CSG has more than 1e7 operands, nested ones multiplied out");
   }
   csg.assembly = Assembly::build(std::move(operands), scene_.objects, "bvh", false);
   if (!bounds.empty()) csg.result_box = FrameBox::around(csg.assembly.frame, bounds);
@@ -147,7 +148,7 @@ double SceneBuilder::expected_cost(uint32_t handle) const {
 void SceneBuilder::collect_lights(uint32_t handle, const Affine& to_world, int material, uint64_t base) {
   const Object& object = scene_.objects[handle];
   bool emits = material != kInherit && scene_.materials[material].emits();
-  if (!(emits && facts_[handle].inherits) && !facts_[handle].has_emitter) return;
+  if (object.primitives == 0 || (!(emits && facts_[handle].inherits) && !facts_[handle].has_emitter)) return;
   if (scene_.lights.areas.size() >= kMostLights || light_pieces_ >= kMostLightPieces) return;
   if (object.kind == Kind::Group) {
     const Assembly& group = scene_.groups[object.index];

@@ -90,10 +90,10 @@ bool intersect(const Instance& instance, const Flat& flat, const Ray& ray, doubl
                 std::fma(t, multiply_add(m, ray.direction, 0.0, 2), multiply_add(m, origin, 0.0, 2)));
 }
 
-// By how much t moves where the line is displaced against a surface with this normal. Where they are nearly parallel, no
-// more than the object is long.
+// By how much t moves where the line is displaced against a surface with this normal. Where they are nearly parallel, a
+// small part of what the object is long: nothing is known there, and what the object's own crossings say is taken.
 double moved_by(double displacement, const Vec3& normal, const Ray& line, double longest) {
-  double most = longest / max_abs(line.direction);
+  double most = 0x1p-10 * longest / max_abs(line.direction);
   double moved = displacement * glm::length(normal) / std::fabs(glm::dot(normal, line.direction));
   return moved < most ? moved : most;  // not a number: most
 }

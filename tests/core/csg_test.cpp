@@ -60,6 +60,66 @@ TEST(Csg, RefusesWhatIsOpenAndNamesIt) {
   EXPECT_NE(message({{block, Affine{}}}).find("at least 2 operands"), std::string::npos);
 }
 
+// What a line in a face, or nearly, crosses of the object with that face is anybody's guess; of all others it is not.
+TEST(Csg, ALineThatGrazesAFaceTakesNothingFromTheOtherOperands) {
+  Random random(3);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const Vec3 lo(0.0, -0.5, -0.5), hi(0.6, 0.5, 0.5);
+  for (int kind = 0; kind < 3; ++kind)
+    for (bool ball_first : {false, true})
+      for (auto operation : {CsgOperation::Union, CsgOperation::Difference})
+        for (const Affine& place : {Affine{}, translate({0.3, 0.1, 0.0}) * rotate(0.5, Vec3(0, 0, 1))}) {
+          if (operation == CsgOperation::Difference && !ball_first) continue;  // takes the ball away
+          SceneBuilder builder;
+          const uint32_t ball = builder.add_solid(Sphere{1.2});
+          const uint32_t box = kind == 0   ? builder.add_solid(Block{lo, hi})
+                               : kind == 1 ? builder.add_solid(RoundedBlock{lo, hi, 0.1})
+                                           : builder.add_mesh(gridded_cube(2).transformed(0.5, Vec3(0.5, 0, 0)).build(), "bvh");
+          std::vector<InstanceSource> of{{ball, place}, {box, place}};
+          if (!ball_first) std::swap(of[0], of[1]);
+          auto scene = scene_of(builder, {{builder.add_csg(operation, of), Affine{}}});
+          for (int exponent : {-400, -300, -20, -17, -16, -15, -14, -12, -10, -8, -7, -6, -4}) {
+            for (int i = 0; i < 20; ++i) {
+              const Vec3 direction(std::pow(10.0, exponent) * (i % 2 ? 1.0 : -1.0), 0.3 * unit(random), 1.0);
+              const Vec3 middle(0.0, 0.3 * unit(random), 0.0);
+              const Ray line{place.point(middle - 5.0 * direction), place.vector(direction)};
+              const double b = glm::dot(middle, direction), a = glm::dot(direction, direction);
+              const double half = std::sqrt(b * b - a * (glm::dot(middle, middle) - 1.44)) / a;
+              std::vector<Crossing> list;
+              crossings(*scene, line, list);
+              ASSERT_GE(list.size(), 2u) << kind << ", 1e" << exponent;
+              if (operation == CsgOperation::Union) {
+                ASSERT_EQ(list.size(), 2u) << kind << ", 1e" << exponent;
+              }
+              EXPECT_NEAR(list.front().t, 5.0 - b / a - half, 1e-13) << kind << ", 1e" << exponent;
+              EXPECT_NEAR(list.back().t, 5.0 - b / a + half, 1e-13) << kind << ", 1e" << exponent;
+              EXPECT_EQ(closest(*scene, line).t, list.front().t);
+              Ray inside = line;
+              inside.t_min = 5.0;
+              const auto next = std::find_if(list.begin(), list.end(), [](const Crossing& c) { return c.t > 5.0; });
+              EXPECT_EQ(closest(*scene, inside).t, next->t) << kind << ", 1e" << exponent;
+            }
+          }
+        }
+}
+
+TEST(Csg, NothingDoubledAgainAndAgainIsNothing) {
+  SceneBuilder builder;
+  uint32_t nothing = builder.add_group({}, "auto");
+  for (int level = 0; level < 60; ++level) nothing = builder.add_group({{nothing, Affine{}}, {nothing, Affine{}}}, "auto");
+  const uint32_t ball = builder.add_solid(Sphere{1.0});
+  Material shining;
+  shining.emission = Rgb(1.0);
+  std::vector<InstanceSource> parts;
+  for (auto operation : {CsgOperation::Difference, CsgOperation::Union, CsgOperation::Intersection})
+    parts.push_back({builder.add_csg(operation, {{ball, Affine{}}, {nothing, Affine{}}}), translate({4.0 * parts.size(), 0, 0})});
+  parts.push_back({nothing, Affine{}, builder.add_material(shining)});
+  auto scene = scene_of(builder, parts);
+  EXPECT_TRUE(scene->lights.areas.empty());
+  for (int i = 0; i < 3; ++i)
+    EXPECT_EQ(closest(*scene, {Vec3(4.0 * i, 0, 5), Vec3(0, 0, -1)}).found(), i < 2) << i;
+}
+
 // A box minus `count` balls, which take away as much however many they are.
 std::shared_ptr<const Scene> cheese(int count) {
   Random random(7);
