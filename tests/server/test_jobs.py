@@ -181,6 +181,17 @@ def test_cancelling_ends_a_job_and_deleting_forgets_it(server):
         assert gone.status_code == 404 and gone.headers["content-type"] == "application/problem+json"
 
 
+def test_a_change_to_cancelled_never_deletes(server):
+    job = server.submit(long_scene())
+    answer = server.client.patch(job["links"]["self"], json={"priority": 3, "state": "cancelled"})
+    assert (answer.status_code, answer.json()["state"], answer.json()["priority"]) == (200, "cancelled", 3)
+    done = server.reach(server.submit(scene()), "done")
+    for ended in (answer.json(), done):
+        late = server.client.patch(ended["links"]["self"], json={"state": "cancelled"})
+        assert late.status_code == 409 and ended["state"] in late.json()["detail"]
+        assert server.job(ended) == ended
+
+
 def test_deleting_leaves_no_blobs(server):
     job = server.submit(scene(seed=4711))
     server.reach(job, "done")
@@ -327,6 +338,27 @@ def test_a_tag_changes_with_the_job(server):
     server.client.patch(job["links"]["self"], json={"state": "paused"})
     now = server.client.get(job["links"]["self"]).headers["etag"]
     assert server.client.delete(job["links"]["self"], headers={"If-Match": now}).status_code == 200
+
+
+def test_of_changes_at_the_same_time_one_meets_the_state_it_means(server):
+    job = server.submit(long_scene())
+    here = job["links"]["self"]
+    server.client.patch(here, json={"state": "paused"})
+    for _ in range(10):
+        tag = server.client.get(here).headers["etag"]
+        start, answers = threading.Barrier(4), []
+
+        def change(priority: int) -> None:
+            start.wait()
+            answers.append(server.client.patch(here, json={"priority": priority}, headers={"If-Match": tag}).status_code)
+
+        threads = [threading.Thread(target=change, args=(priority,)) for priority in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        assert sorted(answers) == [200, 412, 412, 412]
+    server.client.delete(here)
 
 
 def test_another_site_may_not_change_anything(server):

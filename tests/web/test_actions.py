@@ -58,3 +58,46 @@ def test_a_change_made_elsewhere_shows(server, page):
     wait_for_known(page, 0.01)
     pictures.httpx.delete(f"{server.url}/v1/jobs/{job['id']}").raise_for_status()
     wait_for_state(page, "cancelled", seconds=5)
+
+
+def test_cancel_comes_too_late_to_harm_a_finished_picture(server, page):
+    job = post(server.url, scene(seconds=2))
+    open_job(page, server.url, job["id"])
+    wait_for_state(page, "running")
+    running = pictures.job(server.url, job["id"])
+
+    def told_late(route):  # the page does not know yet that the job has ended
+        route.fulfill(json=running) if route.request.method == "GET" else route.continue_()
+
+    page.route(f"**/v1/jobs/{job['id']}", told_late)
+    while pictures.job(server.url, job["id"])["state"] != "done":
+        page.wait_for_timeout(50)
+    button(page, "Cancel").click()
+    expect(page.get_by_role("alert")).to_contain_text("the job has ended (done)")
+    assert pictures.job(server.url, job["id"])["state"] == "done"
+    page.unroute_all()
+    wait_for_state(page, "done")
+
+
+def test_a_second_click_on_cancel_deletes_nothing(server, page):
+    job = post(server.url, scene(seconds=30))
+    open_job(page, server.url, job["id"])
+    wait_for_known(page, 0.01)
+    box = button(page, "Cancel").bounding_box()
+    for pause in (40, 300):
+        page.mouse.click(box["x"] + 5, box["y"] + 5)
+        page.wait_for_timeout(pause)
+    page.mouse.click(box["x"] + 5, box["y"] + 5)
+    wait_for_state(page, "cancelled")
+    assert pictures.job(server.url, job["id"])["state"] == "cancelled"
+    expect(page.get_by_role("alert")).to_be_hidden()
+
+
+def test_the_keyboard_stays_with_the_actions(server, page):
+    job = post(server.url, scene(seconds=30))
+    open_job(page, server.url, job["id"])
+    wait_for_known(page, 0.01)
+    button(page, "Cancel").focus()
+    page.keyboard.press("Enter")
+    wait_for_state(page, "cancelled")
+    expect(button(page, "Retry")).to_be_focused()

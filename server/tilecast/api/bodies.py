@@ -60,7 +60,7 @@ class Change(Strict):
     """What a PATCH may ask for."""
 
     priority: Priority | None = None
-    state: Literal["paused", "queued"] | None = None
+    state: Literal["paused", "queued", "cancelled"] | None = None
 
 
 async def read(request: Request) -> bytes:

@@ -98,22 +98,24 @@ def show(job_id: JobId, request: Request, response: Response, manager: Manager) 
 
 @router.patch("/{job_id}", dependencies=[Depends(same_site)], openapi_extra=_CHANGE_BODY)
 async def change(job_id: JobId, request: Request, manager: Manager) -> JobView:
-    """Change the priority, hold the job (`"state": "paused"`), or let it go on (`"state": "queued"`)."""
+    """Change the priority, hold the job (`"state": "paused"`), let it go on (`"state": "queued"`), or give it up
+    (`"state": "cancelled"`), which unlike DELETE leaves a job that has ended as it is (409)."""
     body = await bodies.read(request)
+    changes = {"paused": manager.pause, "queued": manager.resume, "cancelled": manager.cancel}
 
     def work() -> Job:
         try:
             asked = bodies.change(body)
         except scene.SceneError as error:
             raise bad_request(error.path, error.message) from None
-        job = manager.job(job_id)
-        require(request, etag(job))
-        # What may be refused goes first, so that a refusal leaves the job as it was.
-        if asked.state is not None:
-            job = manager.pause(job_id) if asked.state == "paused" else manager.resume(job_id)
-        if asked.priority is not None:
-            job = manager.set_priority(job_id, asked.priority)
-        return job
+        with manager.held(job_id) as job:
+            require(request, etag(job))
+            # Both are refused of a job that has ended, so that a refusal leaves it as it was.
+            if asked.priority is not None:
+                job = manager.set_priority(job_id, asked.priority)
+            if asked.state is not None:
+                job = changes[asked.state](job_id)
+            return job
 
     return job_view(await to_thread.run_sync(work))
 
@@ -121,8 +123,9 @@ async def change(job_id: JobId, request: Request, manager: Manager) -> JobView:
 @router.post("/{job_id}/retry", status_code=202, dependencies=[Depends(same_site)])
 def retry(job_id: JobId, request: Request, manager: Manager) -> JobView:
     """Let a failed or cancelled job go on from what is stored of it."""
-    require(request, etag(manager.job(job_id)))
-    return job_view(manager.retry(job_id))
+    with manager.held(job_id) as job:
+        require(request, etag(job))
+        return job_view(manager.retry(job_id))
 
 
 @router.delete(
@@ -132,8 +135,9 @@ def retry(job_id: JobId, request: Request, manager: Manager) -> JobView:
 )
 def cancel_or_delete(job_id: JobId, request: Request, manager: Manager) -> Response:
     """Cancel a job that has not ended (200); delete one that has (204)."""
-    require(request, etag(manager.job(job_id)))
-    job = manager.cancel_or_delete(job_id)
+    with manager.held(job_id) as job:
+        require(request, etag(job))
+        job = manager.cancel_or_delete(job_id)
     if job is None:
         return Response(status_code=204)
     return Response(job_view(job).model_dump_json(), media_type="application/json")

@@ -7,7 +7,8 @@ methods may be called from any thread, but not from an event loop: they wait for
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import structlog
@@ -125,11 +126,20 @@ class Manager:
             raise NoSuchJob(f"There is no job {job_id[:64]!r}; it may have been deleted.")
         return job
 
+    @contextmanager
+    def held(self, job_id: str) -> Iterator[Job]:
+        """The job as it stands, while no other user changes it. Raises `NoSuchJob`."""
+        with self._lock(job_id):
+            yield self.job(job_id)
+
     def pause(self, job_id: str) -> Job:
         return self._apply(job_id, state.Paused())
 
     def resume(self, job_id: str) -> Job:
         return self._apply(job_id, state.Resumed())
+
+    def cancel(self, job_id: str) -> Job:
+        return self._apply(job_id, state.Cancelled())
 
     def retry(self, job_id: str) -> Job:
         return self._apply(job_id, state.Retried())
@@ -150,7 +160,7 @@ class Manager:
         with self._lock(job_id):
             job = self.job(job_id)
             if not job.state.final:
-                return self._apply(job_id, state.Cancelled())
+                return self.cancel(job_id)
             self.store.delete(job_id)
             self.blobs.delete_all(keys.job_prefix(job_id))
             self._intake.release(job.scene)
