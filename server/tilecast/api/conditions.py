@@ -31,4 +31,4 @@ def _matches(header: str | None, tag: str) -> bool:
     if header is None:
         return False
     tags = [part.strip().removeprefix("W/") for part in header.split(",")]
-    return "*" in tags or tag in tags
+    return "*" in tags or tag.removeprefix("W/") in tags

@@ -9,6 +9,7 @@ from tilecast.api.conditions import caching, not_modified, unchanged
 from tilecast.api.jobs import JobId
 from tilecast.api.problems import not_found
 from tilecast.api.views import etag
+from tilecast.jobs.records import Job
 
 router = APIRouter(prefix="/v1/jobs/{job_id}", tags=["pictures"])
 
@@ -40,11 +41,11 @@ def tile(
     version = manager.images.tile_version(job, column, row)
     if version is None:
         raise not_found(f"tile in column {column}, row {row} of this job")
-    tag = f'"{job.id}-{column}-{row}-{version}"'
+    tag = _tag(job, f'"{job.id}-{column}-{row}-{version}"')
     if unchanged(request, tag):
         return not_modified(tag)
     data, version = manager.images.tile(job, column, row, format)
-    tag = f'"{job.id}-{column}-{row}-{version}"'
+    tag = _tag(job, f'"{job.id}-{column}-{row}-{version}"')
     return Response(data, media_type=_TYPES[format], headers=caching(tag))
 
 
@@ -70,7 +71,7 @@ def thumbnail(job_id: JobId, request: Request, manager: Manager) -> Response:
 
 def _picture(job_id: str, kind: str, request: Request, manager: Manager) -> Response:
     job = manager.job(job_id)
-    tag = etag(job, f"-{kind}")
+    tag = _tag(job, etag(job, f"-{kind}"))
     if unchanged(request, tag):
         return not_modified(tag)
     data = manager.images.image(job, kind)
@@ -79,6 +80,11 @@ def _picture(job_id: str, kind: str, request: Request, manager: Manager) -> Resp
         name = f"{job.id}-error.png" if kind == "error" else f"{job.id}.{kind}"
         headers["Content-Disposition"] = f'inline; filename="{name}"'
     return Response(data, media_type=_TYPES.get(kind, "image/png"), headers=headers)
+
+
+def _tag(job: Job, tag: str) -> str:
+    """Weak while the job is under way: its pixels may be newer than what is known of them."""
+    return tag if job.state.final else f"W/{tag}"
 
 
 @router.get("/curve")

@@ -4,12 +4,13 @@ import threading
 from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import suppress
+from typing import TypeVar
 
 import numpy as np
 import structlog
 
 from tilecast.jobs.blobs import Blobs, pixels_key, thumbnail_key, tile_key, variance_key
-from tilecast.jobs.faults import NotYet
+from tilecast.jobs.faults import NoSuchJob, NotYet
 from tilecast.jobs.first_hits import FirstHits
 from tilecast.jobs.records import Job
 from tilecast.jobs.state import State
@@ -22,6 +23,8 @@ from tilecast.render.layers import Layers, error_layers, first_hit_layers
 log = structlog.get_logger()
 
 _KEPT_BYTES = 128 * 2**20
+
+Value = TypeVar("Value")
 
 
 class Images:
@@ -44,14 +47,11 @@ class Images:
         return live[1] if live else self._store.tile_version(job.id, tile.index)
 
     def tile(self, job: Job, column: int, row: int, format: str) -> tuple[bytes, int]:
-        """One tile as "png" or "f16", and its version."""
+        """One tile as "png" or "f16", and its version; black, and 0, where it cannot be read. Raises `NoSuchJob`."""
         tile = _tile(job, column, row)
-        live = self._live_tile(job, tile)
-        if live:
-            pixels, version = live
-        else:
-            version = self._store.tile_version(job.id, tile.index)
-            pixels = self._stored_tile(job, tile, version)
+        pixels, version = self._while_it_stands(
+            job, lambda job: self._live_tile(job, tile) or self._stored_tile(job, tile)
+        )
         pixels = shown(pixels, self._facts(job))
         return output.to_png(pixels) if format == "png" else output.to_f16(pixels), version
 
@@ -60,18 +60,37 @@ class Images:
         return work.tile(tile) if work else None
 
     def image(self, job: Job, kind: str) -> bytes:
-        """The whole picture as "png", "exr" (with layers), "thumbnail" (a small PNG) or "error" (a map of it, PNG)."""
+        """The whole picture as "png", "exr" (with layers), "thumbnail" (a small PNG) or "error" (a map of it, PNG).
+
+        Raises `NoSuchJob`."""
         key = (job.id, job.event, kind)
         with self._lock:
             if key in self._kept:
                 self._kept.move_to_end(key)
                 return self._kept[key]
-        data = self._encode(job, kind)
+        data = self._while_it_stands(job, lambda job: self._encode(job, kind))
         with self._lock:
             self._kept[key] = data
             while sum(map(len, self._kept.values())) > _KEPT_BYTES:
                 self._kept.popitem(last=False)
         return data
+
+    def _while_it_stands(self, job: Job, read: Callable[[Job], Value]) -> Value:
+        """What `read` finds of the job. It raises `FileNotFoundError` where the job ended after its row was read, and its
+        tiles gave way to the finished image: then it reads again, by the row as it is now."""
+        while True:
+            try:
+                return read(job)
+            except FileNotFoundError:
+                if not self._has_changed(job):
+                    raise
+                job = self._store.get(job.id)
+                if job is None:
+                    raise NoSuchJob("The job was deleted while its picture was read.") from None
+
+    def _has_changed(self, job: Job) -> bool:
+        now = self._store.get(job.id)
+        return now is None or (now.state, now.event) != (job.state, job.event)
 
     def _encode(self, job: Job, kind: str) -> bytes:
         if kind == "thumbnail":
@@ -133,25 +152,26 @@ class Images:
         """What is stored of a job that is neither finished nor under way."""
         drawn = film.Film(job_plan(job))
         for row in self._store.tiles(job.id):
-            tile = drawn.plan.tiles[row.index]
-            try:
-                drawn.load_tile(tile, self._blobs.get(tile_key(job.id, row.index, row.version)))
-            except (FileNotFoundError, ValueError):
-                # It is being replaced by a newer one this moment, or was damaged: black until it is rendered.
-                log.info("tile_unreadable", job=job.id, tile=row.index, version=row.version)
+            self._load(drawn, job, drawn.plan.tiles[row.index], row.version)
         return drawn
 
-    def _stored_tile(self, job: Job, tile: plan.Tile, version: int) -> np.ndarray:
-        if version == 0:
-            return np.zeros((tile.height, tile.width, 3), np.float32)
-        if job.state is State.DONE:
-            return self._crop(job, tile)
-        drawn = film.Film(job_plan(job))
+    def _load(self, drawn: film.Film, job: Job, tile: plan.Tile, version: int) -> None:
+        """What was damaged is black until it is rendered again. Raises `FileNotFoundError` where the job has changed."""
         try:
             drawn.load_tile(tile, self._blobs.get(tile_key(job.id, tile.index, version)))
-        except (FileNotFoundError, ValueError):
+        except (FileNotFoundError, ValueError) as error:
+            if isinstance(error, FileNotFoundError) and self._has_changed(job):
+                raise
             log.info("tile_unreadable", job=job.id, tile=tile.index, version=version)
-        return drawn.tile_pixels(tile)
+
+    def _stored_tile(self, job: Job, tile: plan.Tile) -> tuple[np.ndarray, int]:
+        version = self._store.tile_version(job.id, tile.index)
+        if version and job.state is State.DONE:
+            return self._crop(job, tile), version
+        drawn = film.Film(job_plan(job))
+        if version:
+            self._load(drawn, job, tile, version)
+        return drawn.tile_pixels(tile), drawn.tile_version(tile)
 
     def _crop(self, job: Job, tile: plan.Tile) -> np.ndarray:
         """A tile of a finished image, read row by row: the image may be too large to be read for each tile."""

@@ -1,0 +1,73 @@
+"""Pictures of jobs that change while somebody reads them."""
+
+import numpy as np
+import pytest
+from servers import long_scene, until
+
+from tilecast.jobs.blobs import Blobs
+from tilecast.jobs.faults import NoSuchJob
+from tilecast.jobs.first_hits import FirstHits
+from tilecast.jobs.images import Images
+from tilecast.jobs.store import Store
+
+KINDS = {"png": "image", "exr": "exr", "thumbnail": "thumbnail", "error": "error_map"}
+
+
+def test_what_is_read_while_a_job_ends_is_its_finished_picture(server):
+    """A request reads the job's row, then its pixels. In between the job may end, which drops its tiles."""
+    store, blobs = Store(f"sqlite:///{server.folder / 'tilecast.db'}"), Blobs((server.folder / "blobs").as_uri())
+    images, others = (Images(store, blobs, lambda job: None, FirstHits(blobs, 0, None)) for _ in range(2))
+    job = server.submit(long_scene(seed=31))
+    server.progressed(job, 0.01)
+    running = store.get(job["id"])
+    server.reach(job, "done")
+    until(lambda: not (server.folder / "blobs" / "jobs" / job["id"] / "tiles").exists())
+    for kind, link in KINDS.items():
+        finished = server.client.get(job["links"][link]).content
+        assert images.image(running, kind) == finished, kind
+    for tile in server.client.get(job["links"]["tiles"]).json()["tiles"]:
+        place = tile["column"], tile["row"]
+        finished = server.client.get(f"{job['links']['tiles']}/{place[0]}/{place[1]}.f16")
+        assert np.frombuffer(finished.content, "<f2").any()
+        assert images.tile(running, *place, "f16") == (finished.content, tile["version"])
+
+    done = store.get(job["id"])
+    server.client.delete(job["links"]["self"])
+    with pytest.raises(NoSuchJob):
+        others.image(running, "png")
+    with pytest.raises(NoSuchJob):
+        others.tile(done, 0, 0, "f16")
+    store.close()
+
+
+def test_a_tile_that_cannot_be_read_is_black_and_says_so(server):
+    job = server.submit(long_scene(seed=32))
+    server.progressed(job, 0.01)
+    server.client.patch(job["links"]["self"], json={"state": "paused"})
+    drawn = next(tile for tile in server.client.get(job["links"]["tiles"]).json()["tiles"] if tile["version"])
+    here = f"{job['links']['tiles']}/{drawn['column']}/{drawn['row']}.f16"
+    before = server.client.get(here)
+    assert any(np.frombuffer(before.content, "<f2")) and before.headers["etag"].endswith(f'-{drawn["version"]}"')
+    for blob in (server.folder / "blobs" / "jobs" / job["id"] / "tiles").iterdir():
+        blob.write_bytes(b"")
+    damaged = server.client.get(here)
+    assert not any(np.frombuffer(damaged.content, "<f2"))
+    assert damaged.headers["etag"].endswith('-0"')
+    server.client.delete(job["links"]["self"])
+
+
+def test_a_tag_is_strong_where_no_byte_will_change(server):
+    job = server.submit(long_scene(seed=33))
+    server.progressed(job, 0.01)
+    links = [*(job["links"][link] for link in KINDS.values()), f"{job['links']['tiles']}/0/0.png"]
+    for link in links:
+        answer = server.client.get(link)
+        assert answer.headers["etag"].startswith('W/"')
+    server.client.patch(job["links"]["self"], json={"state": "paused"})
+    for link in links:  # and a weak one serves as well for asking again
+        tag = server.client.get(link).headers["etag"]
+        assert server.client.get(link, headers={"If-None-Match": tag}).status_code == 304
+    server.client.patch(job["links"]["self"], json={"state": "queued"})
+    server.reach(job, "done")
+    for link in links:
+        assert server.client.get(link).headers["etag"].startswith('"')
