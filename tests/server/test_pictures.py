@@ -34,7 +34,7 @@ def test_what_is_read_while_a_job_ends_is_its_finished_picture(server):
     done = store.get(job["id"])
     server.client.delete(job["links"]["self"])
     with pytest.raises(NoSuchJob):
-        others.image(running, "png")
+        others.image(done, "png")
     with pytest.raises(NoSuchJob):
         others.tile(done, 0, 0, "f16")
     store.close()

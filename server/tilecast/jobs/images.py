@@ -166,7 +166,7 @@ class Images:
 
     def _stored_tile(self, job: Job, tile: plan.Tile) -> tuple[np.ndarray, int]:
         version = self._store.tile_version(job.id, tile.index)
-        if version and job.state is State.DONE:
+        if job.state is State.DONE:
             return self._crop(job, tile), version
         drawn = film.Film(job_plan(job))
         if version:
