@@ -114,11 +114,13 @@ double root_error(const Quartic& p, double root, double perturbation, double mos
   for (int i = 0; i < 5; ++i) c[i] = p[i].value();
   for (int k = 0; k < 4; ++k)
     for (int i = 3; i >= k; --i) c[i] = std::fma(c[i + 1], root, c[i]);
-  double error = 2.0 * perturbation / std::fabs(c[1]);
+  double error = std::min(2.0 * perturbation / std::fabs(c[1]), std::sqrt(2.0 * perturbation / std::fabs(c[2])));
   while (error < most) {
-    // At root +- error the quartic is beyond the perturbation, whatever the higher terms do.
-    double others = error * error * (std::fabs(c[2]) + error * (std::fabs(c[3]) + error * std::fabs(c[4])));
-    if (std::fabs(c[1]) * error - others >= perturbation) return error;
+    // At root +- error the quartic is beyond the perturbation, by one of the terms, whatever the others do.
+    double term[5], sum = 0.0, power = 1.0;
+    for (int k = 1; k < 5; ++k) sum += term[k] = std::fabs(c[k]) * (power *= error);
+    for (int k = 1; k < 5; ++k)
+      if (2.0 * term[k] - sum >= perturbation) return error;
     error *= 2.0;
   }
   return most;

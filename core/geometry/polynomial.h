@@ -19,7 +19,8 @@ using Quartic = std::array<Twofold, 5>;  // lowest power first
 int negative_between(const Quartic& p, double low, double high, Twofold out[4]);
 
 // A bound on how far the root can move when the quartic's values are off by at most `perturbation`; `most` where they
-// cannot tell. To first order perturbation / |slope|; doubled until the other terms of Taylor's series confirm it.
+// cannot tell. To first order perturbation / |slope|, of roots that nearly coincide the square root of perturbation /
+// |curvature|; doubled until the other terms of Taylor's series confirm it. (Two roots that near each other may vanish.)
 double root_error(const Quartic& p, double root, double perturbation, double most);
 
 }  // namespace tilecast
