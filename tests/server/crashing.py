@@ -1,12 +1,16 @@
-"""A preload for workers: makes certain scenes kill the process that renders them, as a fault in native code would."""
+"""A preload for workers: makes certain scenes kill the process that renders them, or hold its threads for good, as native
+code would."""
 
 import ctypes
+import threading
 
 from tilecast.jobs import worker
 
 # The seeds of those scenes.
 CRASHES_WHILE_COMPILING = 666
 CRASHES_IN_ONE_TILE = 667
+NEVER_ENDS = 668
+NEVER_ENDS_IN_ONE_CHUNK = 669
 
 
 def crash() -> None:
@@ -19,6 +23,10 @@ def dask_setup(_worker: object) -> None:
     def render(compiled, chunk):
         if compiled.document.render.seed == CRASHES_IN_ONE_TILE and chunk.tile.index == 3:
             crash()
+        if compiled.document.render.seed == NEVER_ENDS:
+            threading.Event().wait()
+        if compiled.document.render.seed == NEVER_ENDS_IN_ONE_CHUNK and (chunk.tile.index, chunk.first) == (0, 0):
+            threading.Event().wait()
         return render_chunk(compiled, chunk)
 
     def compile(*arguments):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from crashing import CRASHES_IN_ONE_TILE, CRASHES_WHILE_COMPILING
+from crashing import CRASHES_IN_ONE_TILE, CRASHES_WHILE_COMPILING, NEVER_ENDS, NEVER_ENDS_IN_ONE_CHUNK
 from servers import exr, gone, locally, long_scene, scene, until
 
 PRELOAD = {"DASK_DISTRIBUTED__WORKER__PRELOAD": repr([str(Path(__file__).with_name("crashing.py"))])}
@@ -107,6 +107,30 @@ def test_jobs_that_kill_workers_fail_and_take_nobody_with_them(make_server, tmp_
     assert server.client.get("/healthz").status_code == 200
     # What was rendered of it before is there to be seen.
     assert server.client.get(poison[0]["links"]["image"]).status_code == 200
+
+
+@pytest.mark.parametrize("end", ["paused", "cancelled"])
+def test_chunks_that_never_end_give_their_threads_back(make_server, end):
+    server = make_server(**PRELOAD, TILECAST_STUCK_SECONDS="1", TILECAST_CHECK_SECONDS="1").start()
+    endless = server.reach(server.submit(scene(samples=64, seed=NEVER_ENDS)), "running")
+    waiting = server.submit(scene())
+    time.sleep(2)  # for as long as somebody wants it, it may take its time
+    assert (server.job(endless)["state"], server.job(waiting)["state"]) == ("running", "queued")
+    server.client.patch(endless["links"]["self"], json={"state": end})
+    until(lambda: server.job(waiting)["state"] == "done", patience=60)
+    assert server.job(endless)["state"] == end
+
+
+def test_a_worker_that_is_restarted_for_a_chunk_costs_other_jobs_nothing_but_time(make_server, undisturbed, tmp_path):
+    server = make_server(**PRELOAD, TILECAST_STUCK_SECONDS="1").start()
+    endless = server.reach(server.submit(scene(samples=64, seed=NEVER_ENDS_IN_ONE_CHUNK)), "running")
+    [worker] = server.workers()
+    innocent = server.submit(long_scene())
+    server.progressed(innocent, 0.01)
+    server.client.patch(endless["links"]["self"], json={"state": "cancelled"})
+    until(lambda: gone([worker]), patience=60)
+    server.reach(innocent, "done")
+    assert np.array_equal(exr(server, innocent, tmp_path), undisturbed)
 
 
 def test_damaged_tiles_are_rendered_again_and_litter_is_swept(make_server, undisturbed, tmp_path):

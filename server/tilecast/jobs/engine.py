@@ -14,6 +14,7 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import CancelledError, Executor, Future
 from pathlib import Path
+from time import monotonic
 
 import dask
 import structlog
@@ -28,6 +29,7 @@ log = structlog.get_logger()
 
 _WATCH_SECONDS = 1.0
 _CONNECT_SECONDS = 10.0
+_RESTART_SECONDS = 30.0
 _LOCAL_SETTINGS = {
     # The dispatcher decides what becomes of the victims of a dead worker, and hears of it at once.
     "distributed.scheduler.allowed-failures": 0,
@@ -52,10 +54,10 @@ _GIVEN_UP = (Status.closing, Status.closed, Status.failed)
 class Engine(Executor):
     """Runs functions on the workers of a Dask cluster."""
 
-    def __init__(self, scheduler: str | None, threads: int | None, folder: Path):
+    def __init__(self, scheduler: str | None, threads: int | None, folder: Path, stuck_seconds: float):
         """Start a cluster with `threads` threads (default: a thread a core), or connect to the one at `scheduler`.
 
-        `folder` is for Dask's scratch files. Raises `CannotStart` where the scheduler does not answer.
+        `folder` is for Dask's scratch files; `stuck_seconds`: how long a task may go on that nobody needs. Raises `CannotStart` where the scheduler does not answer.
         """
         self.on_slots: Callable[[int], None] = lambda slots: None
         """Called, on a thread of the engine's, when workers came or went."""
@@ -66,6 +68,9 @@ class Engine(Executor):
         self._folder = folder
         self._lock = threading.Lock()
         self._waiting: list[Callable[[], None]] = []  # sent again when there is a connection
+        self._under_way: set[_Outcome] = set()
+        self._stuck_seconds = stuck_seconds
+        self._not_restarted: set[str] = set()  # workers without a nanny, told of once
         self._closing = threading.Event()
         self._cluster = self._start_cluster() if scheduler is None else None
         try:
@@ -76,9 +81,16 @@ class Engine(Executor):
         self._watch = threading.Thread(target=self._watch_cluster, name="engine-watch", daemon=True)
         self._watch.start()
 
-    def submit(self, function, /, *args, priority: int = 0, **kwargs) -> Future:
-        """Run `function` on a worker. A higher `priority` overtakes what waits in the cluster."""
-        outer: Future = Future()
+    def submit(
+        self, function, /, *args, priority: int = 0, needed: Callable[[], bool] = lambda: True, **kwargs
+    ) -> Future:
+        """Run `function` on a worker. A higher `priority` overtakes what waits in the cluster.
+
+        Where it still runs long after `needed` became false, its worker is restarted: a task that never ends, as where a
+        ray meets 2^40 surfaces, cannot be interrupted."""
+        outer = _Outcome(needed)
+        self._under_way.add(outer)
+        outer.add_done_callback(self._under_way.discard)
 
         def send() -> None:
             try:
@@ -87,6 +99,7 @@ class Engine(Executor):
                 # task then fails, the future that it gives never ends. The coroutine lets go of `task` when it is
                 # done: what is held would be computed again when its worker dies.
                 outcome = asyncio.run_coroutine_threadsafe(task._result(), self._client.loop.asyncio_loop)
+                outer.key = task.key
             except Exception:
                 # The client was closed under our feet; the watch makes another one.
                 log.warning("engine_unreachable", exc_info=True)
@@ -181,6 +194,7 @@ class Engine(Executor):
                 waiting, self._waiting = self._waiting, []
             for send in waiting:
                 send()
+            self._free_threads()
         else:
             self.workers = {}
         if self._cluster is not None:
@@ -189,6 +203,38 @@ class Engine(Executor):
                 log.warning("nanny_replaced")
                 self._cluster.scale(0)
                 self._cluster.scale(1)
+
+
+    def _free_threads(self) -> None:
+        """Restart workers that have a thread at what nobody needs any more. Their other tasks end with `KilledWorker`."""
+        now = monotonic()
+        overdue = set()
+        for outcome in list(self._under_way):
+            if outcome.needed():
+                outcome.unneeded_since = None
+                continue
+            outcome.unneeded_since = outcome.unneeded_since or now
+            if now - outcome.unneeded_since > self._stuck_seconds:
+                overdue.add(outcome.key)
+        if not overdue:
+            return
+        found = self._client.run_on_scheduler(_workers_at, overdue)
+        for worker in (worker for worker, nanny in found.items() if not nanny and worker not in self._not_restarted):
+            self._not_restarted.add(worker)
+            log.warning("worker_stuck", worker=worker, advice="start workers under a nanny, which can restart them")
+        if stuck := [worker for worker, nanny in found.items() if nanny]:
+            log.warning("worker_restarted", workers=stuck, reason="it was at chunks that nobody needs and that do not end")
+            self._client.restart_workers(stuck, timeout=_RESTART_SECONDS, raise_for_error=False)
+
+
+class _Outcome(Future):
+    """What becomes of a task, for who submitted it."""
+
+    def __init__(self, needed: Callable[[], bool]):
+        super().__init__()
+        self.needed = needed
+        self.unneeded_since: float | None = None  # time.monotonic
+        self.key: str | None = None  # of the task, as Dask knows it
 
 
 class _NoSpans:
@@ -202,6 +248,13 @@ class _NoSpans:
 
     def heartbeat(self, _worker: object, _data: object) -> None:
         pass
+
+
+def _workers_at(keys: set[str], dask_scheduler) -> dict[str, bool]:
+    """The workers that have a thread at one of these tasks, by address; whether each has a nanny."""
+    workers = dask_scheduler.workers.values()
+    return {worker.address: worker.nanny is not None for worker in workers
+            if any(task.key in keys for task in worker.executing)}
 
 
 def _allowed_failures(dask_scheduler) -> int:

@@ -76,7 +76,7 @@ class Manager:
             sweep(self.store, self.blobs)
         except BaseError as error:
             raise keys.cannot_keep(settings.blobs_url, error) from None
-        self.engine = Engine(settings.scheduler, settings.threads, settings.data / "engine")
+        self.engine = Engine(settings.scheduler, settings.threads, settings.data / "engine", settings.stuck_seconds)
         self._closers.append(self.engine.shutdown)
         self.callbacks = Callbacks(self.store, describe)
         self._closers.append(self.callbacks.close)

@@ -63,6 +63,8 @@ class Settings(BaseSettings):
     """Submissions of one user in a window of time."""
     check_seconds: float = Field(10.0, ge=0)
     """How long a submission waits for its scene to be compiled before it is accepted without."""
+    stuck_seconds: float = Field(30.0, ge=0)
+    """How long a chunk may go on whose job was paused or has ended, before its worker process is restarted."""
 
     @property
     def database_url(self) -> str:

@@ -113,8 +113,11 @@ class JobWork:
     def submit(self, executor: Executor, task: Task) -> Future:
         scene = (self._blobs.url, self._job.scene, self._max_triangles)
         if not task.chunks:
-            return executor.submit(worker.prepare, *scene)
-        return executor.submit(worker.render, *scene, task.chunks)
+            return executor.submit(worker.prepare, *scene, needed=self._is_needed)
+        return executor.submit(worker.render, *scene, task.chunks, needed=self._is_needed)
+
+    def _is_needed(self) -> bool:
+        return not self._settled
 
     def done(self, task: Task, result: list[ChunkResult] | dict[str, Any]) -> None:
         with self._lock:
