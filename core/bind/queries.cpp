@@ -100,10 +100,10 @@ Runs crossings_of(const Scene& scene, const py::object& origins, const py::objec
 constexpr const char* kClosest = R"(The first hit of each ray, in t_min < t <= t_max.
 
 origins, directions: [n, 3], world space, metres. float64 in C order is read where it is; other numbers and lists are
-copied. A direction may have any length: the hit lies at origin + t * direction. t_min, t_max: one number, or one for
-each ray.
+copied. A direction may have any length from 2^-1000 to 2^1000: the hit lies at origin + t * direction. t_min, t_max: one
+number, or one for each ray.
 
-Returns Hits. A ray with a direction of zero, or with NaN or infinity in it, hits nothing. The GIL is released; Ctrl-C
+Returns Hits. A ray with another direction, or with NaN or infinity in it, hits nothing. The GIL is released; Ctrl-C
 ends the call.)";
 
 constexpr const char* kOccluded = R"(Whether each ray hits anything in t_min < t <= t_max: [n] bool.

@@ -81,4 +81,11 @@ inline V of_length(const V& v, double length, const V& otherwise) {
   return now > 0.0 ? v * (length / now) : otherwise;
 }
 
+// An arm that gives a direction, however short it is; where it gives none, `otherwise`.
+inline Vec3 direction_of(const Vec3& arm, const Vec3& otherwise) {
+  if (max_abs(arm) >= 0x1p-400) return arm;
+  const Vec3 longer = arm * 0x1p600;
+  return max_abs(longer) >= 0x1p-400 ? longer : otherwise;
+}
+
 }  // namespace tilecast

@@ -36,11 +36,12 @@ inline Interval inside(const Capsule& c, const Ray& line) {
   whole.extend(side);
   return whole;
 }
-inline Vec3 outward(const Capsule& c, int, const Vec3& p) {
+inline Vec3 arm_of(const Capsule& c, const Vec3& p) {
   return Vec3(p.x, p.y - std::clamp(p.y, -0.5 * c.height, 0.5 * c.height), p.z);
 }
-inline Vec3 project(const Capsule& c, int face, const Vec3& p) {
-  Vec3 arm = outward(c, face, p);
+inline Vec3 outward(const Capsule& c, int, const Vec3& p) { return direction_of(arm_of(c, p), Vec3(1.0, 0.0, 0.0)); }
+inline Vec3 project(const Capsule& c, int, const Vec3& p) {
+  Vec3 arm = arm_of(c, p);
   return p + (of_length(arm, c.radius, Vec3(c.radius, 0.0, 0.0)) - arm);
 }
 

@@ -14,6 +14,11 @@ Box inner(const RoundedBlock& b) {
   return box;
 }
 
+Vec3 arm_of(const RoundedBlock& b, const Vec3& p) {
+  const Box core = inner(b);
+  return p - glm::clamp(p, core.lo, core.hi);
+}
+
 }  // namespace
 
 void check(const RoundedBlock& b) {
@@ -70,13 +75,16 @@ Interval inside(const RoundedBlock& b, const Ray& line) {
 
 Vec3 outward(const RoundedBlock& b, int face, const Vec3& p) {
   if (face != kRound) return block_outward(face);
-  Box core = inner(b);
-  return p - glm::clamp(p, core.lo, core.hi);
+  int nearest = 0;  // where p is beyond the core by less than its own last digit
+  auto inwards = [&](int k) { return k & 1 ? b.hi[k / 2] - p[k / 2] : p[k / 2] - b.lo[k / 2]; };
+  for (int k = 1; k < 6; ++k)
+    if (inwards(k) < inwards(nearest)) nearest = k;
+  return direction_of(arm_of(b, p), block_outward(nearest));
 }
 
 Vec3 project(const RoundedBlock& b, int face, const Vec3& p) {
   if (face != kRound) return block_project(b.lo, b.hi, face, p);
-  Vec3 arm = outward(b, face, p);
+  Vec3 arm = arm_of(b, p);
   return p + (of_length(arm, b.radius, arm) - arm);
 }
 

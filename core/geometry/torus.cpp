@@ -18,6 +18,12 @@ Quartic quartic(const Vec3& o, const Vec3& rest, const Vec3& d, double major, do
            4.0 * (a * b), a * a}};
 }
 
+// From the ring in the middle of the tube.
+Vec3 arm_of(const Torus& t, const Vec3& p) {
+  const Vec2 ring = of_length(Vec2(p.x, p.z), t.radius, Vec2(t.radius, 0.0));
+  return p - Vec3(ring.x, 0.0, ring.y);
+}
+
 }  // namespace
 
 void check(const Torus& t) {
@@ -82,13 +88,10 @@ Intervals inside(const Torus& t, const Ray& line) {
   return out;
 }
 
-Vec3 outward(const Torus& t, int, const Vec3& p) {
-  Vec2 ring = of_length(Vec2(p.x, p.z), t.radius, Vec2(t.radius, 0.0));
-  return p - Vec3(ring.x, 0.0, ring.y);
-}
+Vec3 outward(const Torus& t, int, const Vec3& p) { return direction_of(arm_of(t, p), Vec3(0.0, 1.0, 0.0)); }
 
-Vec3 project(const Torus& t, int face, const Vec3& p) {
-  Vec3 arm = outward(t, face, p);
+Vec3 project(const Torus& t, int, const Vec3& p) {
+  Vec3 arm = arm_of(t, p);
   return p + (of_length(arm, t.minor_radius, Vec3(0.0, t.minor_radius, 0.0)) - arm);
 }
 

@@ -1,5 +1,10 @@
 """Mesh files of every format are read; what is wrong with one is told in one line."""
 
+import json
+import os
+import re
+import time
+
 import numpy as np
 import pytest
 import trimesh
@@ -108,6 +113,68 @@ def test_a_glb_keeps_the_places_of_its_nodes(tmp_path):
     assert vertices[:, 0].min() == pytest.approx(-1) and vertices[:, 0].max() == pytest.approx(5.5)
 
 
+def changed_glb(change) -> bytes:
+    data = exported("glb")
+    length = int.from_bytes(data[12:16], "little")
+    document = json.loads(data[20:20 + length])
+    change(document)
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    rest = data[20 + length:]
+    return (data[:8] + (20 + len(text) + len(rest)).to_bytes(4, "little") + len(text).to_bytes(4, "little") + b"JSON"
+            + text + rest)
+
+
+def positions(document) -> dict:
+    return document["accessors"][document["meshes"][0]["primitives"][0]["attributes"]["POSITION"]]
+
+
+@pytest.mark.parametrize("change, message", [
+    (lambda d: d.update(extensionsRequired=["KHR_draco_mesh_compression"]), "it is compressed (KHR_draco_mesh_compression)"),
+    (lambda d: positions(d).update(normalized=True), "the positions of meshes[0].primitives[0] are normalised integers"),
+    (lambda d: positions(d).update(sparse={}), "the positions of meshes[0].primitives[0] are sparse"),
+    (lambda d: (positions(d).pop("bufferView"), positions(d).update(count=10**9)), "are sparse"),
+    (lambda d: d["meshes"][0]["primitives"][0].update(mode=6), "meshes[0].primitives[0] is a fan of triangles"),
+])
+def test_a_glb_that_would_be_misread_is_refused(change, message):
+    assert len(meshes.load(changed_glb(lambda document: None), "a.glb").faces) == 80
+    with pytest.raises(SceneError, match=re.escape(message)):
+        meshes.load(changed_glb(change), "a.glb")
+
+
+def test_a_mesh_that_is_multiplied_out_is_counted_before():
+    def repeat(document):
+        node = {"mesh": 0}
+        document["nodes"] = [{"children": list(range(1, 1001))}] + [node] * 1000
+        document["scenes"] = [{"nodes": [0]}]
+
+    with pytest.raises(SceneError, match="80,000 triangles, more than the 1,000 that are allowed here"):
+        meshes.load(changed_glb(repeat), "a.glb", most=1000)
+
+
+def test_blanks_without_number_take_no_time():
+    obj = b"# a\nv 0 0 0" + b" " * 400_000 + b"\nv 1 0 0\nv 1 1 0\nf 1 2 3\nf" + b" 1" * 3 + b" " * 400_000
+    began = time.monotonic()
+    assert len(meshes.load(obj, "a.obj").faces) == 2
+    assert time.monotonic() - began < 5  # minutes when each blank began a search of its own
+
+
+def test_an_obj_may_begin_with_a_byte_order_mark():
+    vertices, faces, _ = meshes.load(b"\xef\xbb\xbfv 9 9 9\nv 1 0 0\nv 1 1 0\nf 1 2 3\n", "a.obj")
+    assert vertices.shape == (3, 3) and (vertices[0] == 9).all()
+
+
+def test_what_is_no_regular_file_is_refused(tmp_path):
+    os.mkfifo(tmp_path / "pipe.ply")
+    (tmp_path / "loop.ply").symlink_to("loop.ply")
+    for file, message in (("pipe.ply", "which is no regular file"), ("loop.ply", "leads to itself|symbolic links")):
+        path = tmp_path / "scene.json"
+        path.write_text(json.dumps(minimal(scene=[{"object": {"type": "mesh", "file": file}}])))
+        with pytest.raises(SceneError, match=message) as caught:
+            tilecast.load(path)
+        assert caught.value.path == "scene[0].object.file"
+
+
 def test_an_obj_needs_none_of_its_other_files():
     obj = b"mtllib nothing.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvn 0 0 1\nusemtl a\nf 1/1/1 2/1/1 3/1/1\n"
     assert meshes.load(obj, "a.obj")[1].shape == (1, 3)
@@ -135,6 +202,9 @@ def test_an_obj_needs_none_of_its_other_files():
     ("a.ply", ply(SQUARE, [(0, 1, 2), (0, 2, 3)])[:-3], "row 1 of its element face has 3 numbers instead of 4"),
     ("a.ply", ply(SQUARE, [(0, 1, 2)]).replace(b"3 0 1 2", b"3 0 1 2 3 0 2 3"), "has 8 numbers instead of 4"),
     ("a.obj", b"v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 00\n", "line 4 names vertex 0"),
+    ("a.obj", b"v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\nf 2 3", "line 5 is a face of fewer than three corners"),
+    ("a.obj", b"v 0 0 0\nv 1 0 0\nv 1 1 0\nf\t1 2 \r\nf 1 2 3\n", "line 4 is a face of fewer than three corners"),
+    ("a.ply", ply(SQUARE, [(0, 1, "1.7")]), "row 0 of its element face has a fraction"),
     ("a.obj", b"v 0 0 0\nv 1 0 0\nf -3 -2 -1\nv 1 1 0\n", "line 3 counts back beyond the first vertex"),
     ("a.ply", exported("ply")[:-1], "is not a readable PLY mesh"),
     ("a.glb", exported("glb")[:-1], "is not a readable GLB mesh"),

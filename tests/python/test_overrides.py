@@ -34,6 +34,7 @@ def test_the_last_of_two_counts_and_null_gives_way():
 
 @pytest.mark.parametrize("setting, path, message", [
     ("render.samples", "", "must be KEY=VALUE"),
+    ('render={"seed": 1, "seed": 2}', "", "the setting has the key 'seed' twice"),
     ("=1", "", "the path is empty"),
     ("a b=1", "", "is not a path"),
     ("scene[7].material=x", "scene[7]", "cannot be set: scene is a list of 2"),

@@ -157,6 +157,26 @@ def test_rays_that_are_none_hit_nothing():
         assert scene.crossings(origins, directions).offsets.tolist() == [0] * (len(bad) + 1)
 
 
+@pytest.mark.parametrize("solid", [
+    {"type": "capsule", "radius": 1e-50, "height": 1e-12},
+    {"type": "capsule", "radius": 1e-90, "height": 1e-90},
+    {"type": "box", "min": [-1e12] * 3, "max": [1e12] * 3, "radius": 1e-100},
+    {"type": "box", "min": [-1e50] * 3, "max": [1.0] * 3, "radius": 1e12},
+    {"type": "torus", "radius": 1e50, "minor_radius": 1e-100},
+])
+def test_normals_are_numbers_however_small_a_radius_is(solid):
+    scene = tilecast.load(minimal(scene=[{"object": solid}])).scene
+    generator = np.random.default_rng(1)
+    centre, size = scene.bounds.mean(axis=0), np.ptp(scene.bounds, axis=0)
+    origins = centre + size.max() * generator.normal(size=(2000, 3)) * generator.choice([0, 1, 1e3], (2000, 1))
+    directions = centre + size * generator.uniform(-0.6, 0.6, (2000, 3)) - origins
+    directions[:1000] = np.eye(3)[generator.integers(0, 3, 1000)]
+    hits = scene.closest(origins, 1e-200 * directions)
+    hit = np.isfinite(hits.t)
+    assert hit.any()
+    assert np.linalg.norm(hits.normal[hit], axis=1) == pytest.approx(1)
+
+
 # --- Shapes and types
 
 @pytest.mark.parametrize("accelerator", ["auto", "grid"])
@@ -245,6 +265,12 @@ def test_what_is_no_mesh_is_refused(vertices, faces, path, message):
     with pytest.raises(SceneError, match=message) as caught:
         tilecast.mesh(vertices, faces)
     assert caught.value.path == path
+
+
+@pytest.mark.parametrize("accelerator, message", [("foo", "foo"), (3, "must be a text, got int"), (None, "got NoneType")])
+def test_an_accelerator_that_there_is_not_is_refused(accelerator, message):
+    with pytest.raises(SceneError, match=message):
+        tilecast.mesh(*TETRAHEDRON, accelerator=accelerator)
 
 
 # --- Memory, threads, signals

@@ -2,6 +2,7 @@
 it."""
 
 import json
+import time
 
 import pytest
 from documents import example, minimal
@@ -246,6 +247,20 @@ def test_text_that_is_no_scene_is_refused(text, message):
 def test_brackets_in_texts_are_no_nesting():
     error = refused(json.dumps(minimal(title="[" * 100 + '"' + "{" * 100)))
     assert error.path == "title"
+
+
+def test_quotes_without_an_end_take_no_time():
+    began = time.monotonic()
+    assert refused('{"a": "' + '\\"' * 500_000).path == ""
+    assert time.monotonic() - began < 5  # hours when each quote began a search of its own
+
+
+def test_thousands_of_names_that_are_wrong_take_no_time():
+    objects = {f"object_{i}": {"type": "sphere", "radius": 1} for i in range(5000)}
+    began = time.monotonic()
+    error = refused(minimal(objects=objects, scene=[{"object": f"objekt_{i}"} for i in range(5000)]))
+    assert len(error.errors) == 100 and "objects holds 5000 others" in error.message
+    assert time.monotonic() - began < 10
 
 
 def test_a_key_that_stands_twice_is_refused_where_it_stands():

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Iterator, Mapping
+from itertools import chain, islice
 from typing import Any
 
 from . import schema, transforms
@@ -14,6 +15,8 @@ from .paths import Part, text
 Path = tuple[Part, ...]
 
 _CSG = (schema.Union, schema.Intersection, schema.Difference)
+_MOST_ERRORS = 100
+_MOST_COMPARED = 200  # names, with one that is not known
 _THIN = {schema.Rectangle: "box", schema.Disk: "cylinder"}  # what is open, and the solid to take for it
 
 
@@ -53,12 +56,10 @@ def check(scene: schema.Scene) -> None:
     """Raises SceneError, with all that is wrong with names, transforms and operands, in the order of the
     document."""
     nodes = list(walk(scene))
-    errors = [*_names(scene, nodes), *_blends(scene, nodes), *_transforms(nodes)]
-    if not errors:
-        errors = [*_cycles(scene)] or [*_operands(scene, nodes), *_area_lights(scene, nodes)]
-    if errors:
-        found = [(text(path), message) for path, message in errors]
-        raise SceneError(*found[0], errors=found[:100])
+    for stage in ((_names(scene, nodes), _blends(scene, nodes), _transforms(nodes)), (_cycles(scene),),
+                  (_operands(scene, nodes), _area_lights(scene, nodes))):
+        if errors := [(text(path), message) for path, message in islice(chain(*stage), _MOST_ERRORS)]:
+            raise SceneError(*errors[0], errors=errors)
 
 
 def _names(scene: schema.Scene, nodes: list[tuple[Path, Any]]) -> Iterator[tuple[Path, str]]:
@@ -91,7 +92,7 @@ def _blends(scene: schema.Scene, nodes: list[tuple[Path, Any]]) -> Iterator[tupl
 
 
 def _unknown(name: str, known: Mapping[str, Any], what: str, where: str) -> str:
-    close = difflib.get_close_matches(name[:100], known, n=1)
+    close = difflib.get_close_matches(name[:100], known, n=1) if len(known) <= _MOST_COMPARED else []
     listed = [text([key]) for key in known]
     if close:
         hint = f"did you mean {text(close)}?"

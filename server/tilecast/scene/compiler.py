@@ -255,7 +255,7 @@ class _Compiler:
             return meshes.Triangles(vertices.reshape(-1, 3), faces.reshape(-1, 3), uvs)
         if node.file not in self.files:
             with self.loader.file(node.file, (*path, "file")) as data:
-                self.files[node.file] = meshes.load(data, node.file, self.with_uvs)
+                self.files[node.file] = meshes.load(data, node.file, self.with_uvs, self.max_triangles)
         return self.files[node.file]
 
     def _shine(self, light: schema.AreaLight) -> int:

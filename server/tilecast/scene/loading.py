@@ -65,10 +65,12 @@ def mesh(vertices: np.ndarray, faces: np.ndarray, accelerator: str = "auto") -> 
     if indices.size and not (indices.min() >= 0 and indices.max() < len(points)):
         raise SceneError("faces", f"must be indices of the {len(points)} vertices (from 0), got "
                                   f"{indices.min()} to {indices.max()}")
+    if not isinstance(accelerator, str):
+        raise SceneError("accelerator", f"must be a text, got {type(accelerator).__name__}")
     try:
         builder = _core.SceneBuilder()
         handle = builder.mesh(points.astype(np.float64, copy=False), indices.astype(np.uint32, copy=False),
-                              accelerator=accelerator)
+                              accelerator=_core.Accelerator(accelerator))
         grey = builder.material("diffuse")
         root = builder.group(np.array([handle], np.int32), np.eye(4)[None], np.array([grey], np.int32))
         return builder.build(root)

@@ -84,13 +84,17 @@ def folder_opener(folder: Path) -> OpenFile:
         problem = geometry.check_file(file, geometry.MESHES + geometry.IMAGES)
         if problem:
             raise SceneError("", problem)
-        path = (root / file).resolve()
-        if not path.is_relative_to(root):
-            raise SceneError("", f"names the file {file!r}, which leads out of the scene's folder {root}")
         try:
+            path = (root / file).resolve()
+            if not path.is_relative_to(root):
+                raise SceneError("", f"names the file {file!r}, which leads out of the scene's folder {root}")
+            if path.exists() and not (path.is_file() or path.is_dir()):  # a pipe: reading would wait for a writer
+                raise SceneError("", f"names {file!r}, which is no regular file")
             return path.read_bytes()
         except FileNotFoundError:
             raise SceneError("", f"names the file {file!r}, which is not in {root}") from None
+        except RuntimeError:  # of resolve(), before Python 3.13
+            raise SceneError("", f"names the file {file!r}, a symbolic link that leads to itself") from None
         except OSError as error:
             raise SceneError("", f"names the file {file!r}, which cannot be read: {error.strerror}") from None
 

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .errors import SceneError
+from .glb import check_glb
 from .obj import tidy_obj
 from .ply import check_ply
 
@@ -25,8 +26,9 @@ class Triangles(NamedTuple):
     """float32 [m, 3, 2]: texture coordinates of the faces' corners, v upwards"""
 
 
-def load(data: bytes, file: str, with_uvs: bool = False) -> Triangles:
-    """The triangles in the bytes of a PLY, OBJ, STL or GLB file; `with_uvs`: with texture coordinates, if there are any.
+def load(data: bytes, file: str, with_uvs: bool = False, most: int | None = None) -> Triangles:
+    """The triangles in the bytes of a PLY, OBJ, STL or GLB file, `most` at most; `with_uvs`: with texture coordinates, if
+    there are any.
 
     Faces of more corners are cut into triangles. Vertices are as the file has them: an STL repeats them for
     each face, others along the seams of a texture, and the core knows equal places for one. What is not a
@@ -35,7 +37,7 @@ def load(data: bytes, file: str, with_uvs: bool = False) -> Triangles:
     kind = PurePosixPath(file).suffix[1:].lower()
     if not data:
         raise SceneError("", f"names the file {file!r}, which is empty")
-    vertices, faces, uvs = _read(data, kind, file, with_uvs)
+    vertices, faces, uvs = _read(data, kind, file, with_uvs, most)
     if not len(vertices) or not len(faces):
         raise SceneError("", f"names the file {file!r}, which holds no faces: it is cut off, or of another format")
     if len(vertices) > _MOST_VERTICES:
@@ -50,7 +52,8 @@ def load(data: bytes, file: str, with_uvs: bool = False) -> Triangles:
     return Triangles(vertices, faces.astype(np.uint32), None if uvs is None else uvs[faces])
 
 
-def _read(data: bytes, kind: str, file: str, with_uvs: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+def _read(data: bytes, kind: str, file: str, with_uvs: bool,
+          most: int | None) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     import trimesh  # late: it takes longer to import than most scenes to compile
 
     def corrupt(why: object) -> SceneError:
@@ -62,6 +65,8 @@ def _read(data: bytes, kind: str, file: str, with_uvs: bool) -> tuple[np.ndarray
             data = tidy_obj(data)
         elif kind == "ply":
             check_ply(data)
+        elif kind == "glb":
+            check_glb(data)
     except ValueError as error:
         raise corrupt(error) from None
     try:
@@ -70,6 +75,10 @@ def _read(data: bytes, kind: str, file: str, with_uvs: bool) -> tuple[np.ndarray
             # skip; with those of a GLB it skips the texture coordinates.
             skip = {} if kind == "stl" or (kind == "glb" and with_uvs) else {"skip_materials": True}
             loaded = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False, **skip)
+            count = _count(loaded)
+            if most is not None and count > most:  # before they are multiplied out
+                raise SceneError("", f"names the file {file!r}, which holds {count:,} triangles, more than the {most:,} that "
+                                     "are allowed here")
             uvs = _uvs(loaded) if with_uvs else None
             for geometry in loaded.geometry.values():
                 if isinstance(geometry, trimesh.Trimesh):
@@ -77,6 +86,8 @@ def _read(data: bytes, kind: str, file: str, with_uvs: bool) -> tuple[np.ndarray
             mesh = loaded.to_mesh()
             vertices = np.array(mesh.vertices, np.float64)
             faces = np.array(mesh.faces, np.int64)
+    except SceneError:
+        raise
     except Exception as error:  # a loader that meets garbage raises anything, from KeyError to MemoryError
         raise corrupt(f"{type(error).__name__}: {error}") from None
     if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
@@ -88,6 +99,14 @@ def _read(data: bytes, kind: str, file: str, with_uvs: bool) -> tuple[np.ndarray
     if uvs is not None and not (np.abs(uvs) <= _MOST_UV).all():  # NaN too
         raise corrupt(f"it has texture coordinates that are beyond {_MOST_UV:g}")
     return vertices, faces, uvs
+
+
+def _count(loaded: Any) -> int:
+    """The triangles of a scene's nodes, which may share them."""
+    import trimesh
+
+    geometries = (loaded.geometry[loaded.graph[node][1]] for node in loaded.graph.nodes_geometry)
+    return sum(len(geometry.faces) for geometry in geometries if isinstance(geometry, trimesh.Trimesh))
 
 
 def _uvs(loaded: Any) -> np.ndarray | None:

@@ -6,18 +6,23 @@ import re
 
 _UNTIDY = re.compile(rb"[\t#]|^ |\\\r?$", re.MULTILINE)
 _BACKWARDS = re.compile(rb"^f [^\n]*-", re.MULTILINE)
+_FEW = re.compile(rb"^f(?: +[^\s]+){0,2} *\r?$", re.MULTILINE)
 _ZERO = re.compile(rb"^f [^\n]*?(?<= )[+-]?0+(?=[/\s]|$)", re.MULTILINE)
 
 
 def tidy_obj(data: bytes) -> bytes:
     """The same mesh in the form that trimesh knows: lines that begin with their keyword, blanks between words, and vertices
-    counted from the first. Raises `ValueError`, with the line, where a face names vertex 0: trimesh takes it for the last.
+    counted from the first. Raises `ValueError`, with the line, where a face names vertex 0, which trimesh takes for the
+    last, or has fewer than three corners, which it leaves out.
     """
+    data = data.removeprefix(b"\xef\xbb\xbf")  # a byte order mark
     if _UNTIDY.search(data):
         data = re.sub(rb"\\\r?\n", b" ", data).replace(b"\t", b" ")
-        data = re.sub(rb" *#[^\n]*|^ +", b"", data, flags=re.MULTILINE)
+        data = re.sub(rb"#[^\n]*|^ +", b"", data, flags=re.MULTILINE)
     if line := _ZERO.search(data):
         raise ValueError(f"line {data.count(10, 0, line.start()) + 1} names vertex 0, but they count from 1")
+    if line := _FEW.search(data):
+        raise ValueError(f"line {data.count(10, 0, line.start()) + 1} is a face of fewer than three corners")
     return _forwards(data) if _BACKWARDS.search(data) else data
 
 

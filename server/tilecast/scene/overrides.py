@@ -31,9 +31,19 @@ def override(document: dict[str, Any], settings: Iterable[str]) -> dict[str, Any
 def value_of(text: str) -> Any:
     """The JSON value, or else the text itself."""
     try:
-        return json.loads(text)
+        return json.loads(text, object_pairs_hook=_once)
+    except SceneError:
+        raise
     except (ValueError, RecursionError):
         return text
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        twice = next(key for i, (key, _) in enumerate(pairs) if key in dict(pairs[:i]))
+        raise SceneError("", f"the setting has the key {twice!r} twice")
+    return found
 
 
 def _put(document: Any, parts: list[paths.Part], value: Any) -> None:

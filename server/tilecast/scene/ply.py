@@ -43,6 +43,7 @@ def _check_text(body: bytes, elements: list[_Element]) -> None:
         if len(rows) < begin + element.count:
             raise ValueError(f"it is cut off: {max(0, len(rows) - begin)} of {element.count} rows of its element "
                              f"{element.name} are there")
+        whole = all(_TYPES.get(of[-2], "f")[0] in "iu" for of in element.properties)
         if any(of[0] == "list" for of in element.properties):
             for i, row in enumerate(rows[begin:begin + element.count]):
                 words, at = row.split(), 0
@@ -50,6 +51,8 @@ def _check_text(body: bytes, elements: list[_Element]) -> None:
                     at += 1 + (int(words[at]) if of[0] == "list" and at < len(words) else 0)
                 if at != len(words):
                     raise ValueError(f"row {i} of its element {element.name} has {len(words)} numbers instead of {at}")
+                if whole and b"." in row:
+                    raise ValueError(f"row {i} of its element {element.name} has a fraction, where whole numbers are said to be")
         begin += element.count
 
 
