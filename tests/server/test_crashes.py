@@ -2,14 +2,11 @@
 
 import random
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
-from crashing import CRASHES_IN_ONE_TILE, CRASHES_WHILE_COMPILING, NEVER_ENDS, NEVER_ENDS_IN_ONE_CHUNK
+from crashing import CRASHES_IN_ONE_TILE, CRASHES_WHILE_COMPILING, NEVER_ENDS, NEVER_ENDS_IN_ONE_CHUNK, PRELOAD
 from servers import exr, gone, locally, long_scene, scene, until
-
-PRELOAD = {"DASK_DISTRIBUTED__WORKER__PRELOAD": repr([str(Path(__file__).with_name("crashing.py"))])}
 
 
 @pytest.fixture(scope="module")

@@ -1,14 +1,20 @@
 """Pictures of jobs that change while somebody reads them."""
 
+import threading
+import time
+from concurrent.futures import Executor, Future
+
 import numpy as np
 import pytest
-from servers import long_scene, until
+from crashing import PRELOAD, SLOW_FIRST_HITS
+from servers import Server, long_scene, refused, scene, until
 
 from tilecast.jobs.blobs import Blobs
-from tilecast.jobs.faults import NoSuchJob
+from tilecast.jobs.faults import NoSuchJob, NotYet
 from tilecast.jobs.first_hits import FirstHits
 from tilecast.jobs.images import Images
 from tilecast.jobs.store import Store
+from tilecast.render.dispatch import Dispatcher
 
 KINDS = {"png": "image", "exr": "exr", "thumbnail": "thumbnail", "error": "error_map"}
 
@@ -16,7 +22,7 @@ KINDS = {"png": "image", "exr": "exr", "thumbnail": "thumbnail", "error": "error
 def test_what_is_read_while_a_job_ends_is_its_finished_picture(server):
     """A request reads the job's row, then its pixels. In between the job may end, which drops its tiles."""
     store, blobs = Store(f"sqlite:///{server.folder / 'tilecast.db'}"), Blobs((server.folder / "blobs").as_uri())
-    images, others = (Images(store, blobs, lambda job: None, FirstHits(blobs, 0, None)) for _ in range(2))
+    images, others = (Images(store, blobs, lambda job: None, FirstHits(store, blobs, None, 0)) for _ in range(2))
     job = server.submit(long_scene(seed=31))
     server.progressed(job, 0.01)
     running = store.get(job["id"])
@@ -71,3 +77,68 @@ def test_a_tag_is_strong_where_no_byte_will_change(server):
     server.reach(job, "done")
     for link in links:
         assert server.client.get(link).headers["etag"].startswith('"')
+
+
+@pytest.fixture(scope="module")
+def slow_server(tmp_path_factory):
+    """One that takes 3 seconds for the layers of each tile of an EXR."""
+    server = Server(tmp_path_factory.mktemp("slow") / "data", **PRELOAD)
+    yield server.start()
+    server.close()
+
+
+def ask_for_exrs(server, jobs) -> tuple[list[threading.Thread], list]:
+    """Asks for the EXRs of some jobs at the same time; the threads, and where the answers come."""
+    answers: list = []
+    threads = [threading.Thread(target=lambda link: answers.append(server.client.get(link)), args=(job["links"]["exr"],))
+               for job in jobs]
+    for thread in threads:
+        thread.start()
+    return threads, answers
+
+
+def test_who_waits_for_an_exr_holds_up_nobody(slow_server):
+    job = slow_server.reach(slow_server.submit(scene(seed=SLOW_FIRST_HITS)), "done")
+    threads, answers = ask_for_exrs(slow_server, [job] * 60)
+    time.sleep(0.5)
+    for link in (job["links"]["self"], job["links"]["image"]):
+        began = time.monotonic()
+        assert slow_server.client.get(link).status_code == 200
+        assert time.monotonic() - began < 1.5
+    assert not answers
+    for thread in threads:
+        thread.join()
+    assert [answer.status_code for answer in answers] == [200] * 60
+
+
+def test_a_job_that_is_deleted_while_its_exr_is_made_leaves_nothing(slow_server):
+    job = slow_server.reach(slow_server.submit(scene(seed=SLOW_FIRST_HITS)), "done")
+    threads, answers = ask_for_exrs(slow_server, [job])
+    time.sleep(0.5)
+    assert slow_server.client.delete(job["links"]["self"]).status_code == 204
+    for thread in threads:
+        thread.join()
+    refused(answers[0], 404)
+    time.sleep(7)  # what is under way on the workers comes to its end
+    assert not (slow_server.folder / "blobs" / "jobs" / job["id"]).exists()
+
+
+def test_layers_that_make_no_progress_are_given_up(server, monkeypatch):
+    monkeypatch.setattr("tilecast.jobs.first_hits._PATIENCE", 0.2)
+    store, blobs = Store(f"sqlite:///{server.folder / 'tilecast.db'}"), Blobs((server.folder / "blobs").as_uri())
+    job = store.get(server.reach(server.submit(scene()), "done")["id"])
+    needed, endless = [], Future()
+
+    class Workers(Executor):
+        def submit(self, *_, **options):
+            needed.append(options["needed"])
+            return endless
+
+    dispatcher = Dispatcher(Workers(), 1)
+    hits = FirstHits(store, blobs, dispatcher, 1000)
+    for tries in (1, 2):
+        with pytest.raises(NotYet):
+            hits.get(job)
+        assert len(needed) == 2 and not any(is_needed() for is_needed in needed)
+    dispatcher.close()
+    store.close()

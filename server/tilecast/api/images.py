@@ -2,6 +2,7 @@
 
 from typing import Annotated, Literal
 
+from anyio import CapacityLimiter, to_thread
 from fastapi import APIRouter, Path, Request, Response
 
 from tilecast.api.access import Manager
@@ -12,6 +13,9 @@ from tilecast.api.views import etag
 from tilecast.jobs.records import Job
 
 router = APIRouter(prefix="/v1/jobs/{job_id}", tags=["pictures"])
+
+# An EXR may wait for workers to make its layers: few at a time, so that other calls find threads.
+_layering = CapacityLimiter(8)
 
 _TYPES = {"png": "image/png", "exr": "image/x-exr", "f16": "application/octet-stream"}
 
@@ -50,10 +54,11 @@ def tile(
 
 
 @router.get("/image.{format}", response_class=Response, responses=_content("png", "exr"))
-def image(job_id: JobId, format: Literal["png", "exr"], request: Request, manager: Manager) -> Response:
+async def image(job_id: JobId, format: Literal["png", "exr"], request: Request, manager: Manager) -> Response:
     """The whole image: PNG (sRGB, 8 bits) or EXR (linear, 32 bits), which holds its error, samples, albedo, normals and
     depth as layers."""
-    return _picture(job_id, format, request, manager)
+    limiter = _layering if format == "exr" else None
+    return await to_thread.run_sync(_picture, job_id, format, request, manager, limiter=limiter)
 
 
 @router.get("/error.png", response_class=Response, responses=_content("png"))

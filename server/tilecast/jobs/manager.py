@@ -86,8 +86,8 @@ class Manager:
         self._dispatcher = Dispatcher(self.engine, self.engine.slots())
         self.engine.on_slots = self._dispatcher.set_slots
         self._closers.append(self._dispatcher.close)
-        hits = FirstHits(self.blobs, settings.max_triangles, self._dispatcher.add)
-        self.images = Images(self.store, self.blobs, self._works.get, hits)
+        self._first_hits = FirstHits(self.store, self.blobs, self._dispatcher, settings.max_triangles)
+        self.images = Images(self.store, self.blobs, self._works.get, self._first_hits)
         self._intake = Intake(settings, self.store, self.blobs, self._dispatcher)
         for job in self.store.with_states([State.QUEUED, State.RUNNING]):
             self._apply(job.id, state.Recovered())
@@ -162,6 +162,7 @@ class Manager:
             if not job.state.final:
                 return self.cancel(job_id)
             self.store.delete(job_id)
+            self._first_hits.drop(job_id)
             self.blobs.delete_all(keys.job_prefix(job_id))
             self._intake.release(job.scene)
         self.hub.notify(job_id)
