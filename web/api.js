@@ -1,5 +1,7 @@
 /** The HTTP interface. Every failure is a Problem (the server refused) or Unreachable (no answer came). */
 
+import { wrappedScene } from "./json-places.js";
+
 /** An answer that refuses, as application/problem+json tells it. */
 export class Problem extends Error {
   /** errors: [{path, message}], the places in the scene; empty where the problem has none. */
@@ -100,14 +102,18 @@ export async function getTile(id, column, row, signal) {
 }
 
 /**
- * Submits a scene; `text` is its JSON as typed, so that what the server reads is what the user wrote.
+ * Submits a scene; `text` is its JSON as typed, so that what the server reads is what the user wrote. It may hold the
+ * scene under "scene", with fields of its own, which give way to those here.
  * key: names this request; should its answer be lost, the same sent again makes no second job.
  */
 export function submit(text, { name, priority, key, signal }) {
-  const fields = [`"scene":${text}`];
-  if (name) fields.push(`"name":${JSON.stringify(name)}`);
-  if (priority) fields.push(`"priority":${JSON.stringify(priority)}`);
-  const body = `{${fields.join(",")}}`;
+  const place = wrappedScene(text);
+  const fields = place ? JSON.parse(text) : {};
+  delete fields.scene;
+  if (name) fields.name = name;
+  if (priority) fields.priority = priority;
+  const others = JSON.stringify(fields).slice(1, -1);
+  const body = `{"scene":${place ? text.slice(place.start, place.end) : text}${others && `,${others}`}}`;
   return json("/v1/jobs", { method: "POST", body, headers: { ...JSON_BODY, "idempotency-key": key }, signal });
 }
 

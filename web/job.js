@@ -23,6 +23,7 @@ export function showJob(container, { id, signal }) {
 
   let viewer = null;
   let job = null;
+  let gone = false;
   let stream = null;
   let heard = performance.now(); // when the stream last said anything
   const chart = new CurveChart(signal);
@@ -33,6 +34,14 @@ export function showJob(container, { id, signal }) {
     fault.hidden = error === null || error instanceof Unreachable; // the banner tells of that
     if (fault.hidden) setText(fault, "");
     else setText(fault, error.status === 404 ? "There is no such job. It may have been deleted." : error.message);
+  }
+
+  /** Someone has deleted it, or it never was. */
+  function letGo() {
+    gone = true;
+    stream?.close();
+    stream = null;
+    parts.letGo();
   }
 
   function leave() {
@@ -60,6 +69,7 @@ export function showJob(container, { id, signal }) {
       }
     } catch (error) {
       tell(error);
+      if (error.status === 404) letGo();
     }
   }
 
@@ -118,10 +128,10 @@ export function showJob(container, { id, signal }) {
     }
   }
 
-  const reading = poll(read, { pause: () => (job && hasEnded(job.state) ? ENDED : LIVE), signal });
+  const reading = poll(read, { pause: () => (gone ? Infinity : job && hasEnded(job.state) ? ENDED : LIVE), signal });
 }
 
-/** The lines above the picture: {element, set(job)}. */
+/** The lines above the picture: {element, set(job), letGo()}. */
 function makeHeader(id, handlers) {
   const title = element("h1", {}, "Job");
   const state = stateLabel();
@@ -146,6 +156,10 @@ function makeHeader(id, handlers) {
       failure.hidden = !job.error;
       if (job.error) setText(failure, job.error.path ? `${job.error.path}: ${job.error.message}` : job.error.message);
       setText(announcement, `The job is ${job.state}.`);
+    },
+    letGo() {
+      state.set("deleted");
+      actions.element.hidden = true;
     },
   };
 }

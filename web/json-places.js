@@ -6,6 +6,7 @@
 const DEEPEST = 64; // as the server
 const NUMBER = /-?(?:0|[1-9]\d*)(?:\.\d+)?(?:[eE][+-]?\d+)?/y;
 const STRING = /"(?:[^"\\\u0000-\u001f]|\\(?:["\\/bfnrt]|u[0-9a-fA-F]{4}))*"/y;
+const PART = /\[("(?:[^"\\]|\\.)*")\]|[^.[\]]+/g; // of a path; keys that are no plain words stand in quotes
 const WORD = /[A-Za-z_$][\w$]*/y;
 
 class SyntaxProblem extends Error {
@@ -31,7 +32,7 @@ export function findSyntaxError(text) {
  * key is an error of the object that lacks it). null if the text is not JSON.
  */
 export function locate(text, path) {
-  const wanted = path.match(/[^.[\]]+/g) ?? [];
+  const wanted = Array.from(path.matchAll(PART), ([part, quoted]) => (quoted === undefined ? part : JSON.parse(quoted)));
   let best = null;
   let depth = -1;
   try {
@@ -47,6 +48,12 @@ export function locate(text, path) {
     throw error;
   }
   return best;
+}
+
+/** {start, end} of the scene in a JSON text that holds it under "scene"; null for a bare scene, which has a list there. */
+export function wrappedScene(text) {
+  const place = locate(text, "scene");
+  return place && place.start > text.search(/\S/) && text[place.start] === "{" ? place : null;
 }
 
 /** Line and column of an offset, from 1. */

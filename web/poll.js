@@ -1,7 +1,7 @@
 /** Work that is repeated while a view is shown. */
 
 /**
- * Runs `work` now and then again `pause()` milliseconds after it ended, until the signal aborts. Rests
+ * Runs `work` now and then again `pause()` milliseconds after it ended (Infinity: no more), until the signal aborts. Rests
  * while the page is hidden, and runs at once when it is shown again. `soon()` on the result asks for a run
  * as soon as `least` milliseconds have passed since the last one began.
  */
@@ -35,7 +35,7 @@ export function poll(work, { pause, least = 1000, signal }) {
 
   function plan(milliseconds) {
     clearTimeout(timer);
-    if (!signal.aborted) timer = setTimeout(run, milliseconds);
+    if (!signal.aborted && milliseconds < Infinity) timer = setTimeout(run, milliseconds);
   }
 
   function soon() {

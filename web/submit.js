@@ -2,9 +2,10 @@
 
 import { getSceneText, listScenes, newKey, submit, Unreachable } from "./api.js";
 import { element } from "./dom.js";
-import { findSyntaxError, lineAndColumn, locate } from "./json-places.js";
+import { findSyntaxError, lineAndColumn, locate, wrappedScene } from "./json-places.js";
 
 const CHECK_AFTER = 400; // milliseconds without a key pressed
+const DRAFT = "tilecast-draft"; // in the tab's storage
 
 export function showSubmit(container, { signal }) {
   let timer = 0;
@@ -36,8 +37,31 @@ export function showSubmit(container, { signal }) {
     event.preventDefault();
     open(dropped);
   });
-  signal.addEventListener("abort", () => clearTimeout(timer), { once: true });
+  signal.addEventListener("abort", () => { clearTimeout(timer); keep(); }, { once: true });
+  window.addEventListener("pagehide", keep, { signal });
+  restore();
   fillExamples();
+
+  /** What was typed outlives a turn to another view, and a reload. */
+  function keep() {
+    try {
+      sessionStorage.removeItem(DRAFT);
+      sessionStorage.setItem(DRAFT, JSON.stringify({ text: box.value, name: name.value, priority: priority.value }));
+    } catch {
+      // Too large, or the browser allows no storage: it is as if nothing had been typed.
+    }
+  }
+
+  function restore() {
+    try {
+      const draft = JSON.parse(sessionStorage.getItem(DRAFT));
+      if (!draft?.text) return;
+      priority.value = draft.priority;
+      use(draft.text, draft.name);
+    } catch {
+      // As above.
+    }
+  }
 
   async function fillExamples() {
     try {
@@ -111,10 +135,18 @@ export function showSubmit(container, { signal }) {
       if (signal.aborted) return;
       if (!(error instanceof Unreachable)) sent.request = null; // answered: the next request is another one
       const errors = error.errors?.length ? error.errors : [{ path: "", message: error.message }];
-      show(errors.map((each) => ({ ...each, ...(each.path ? locate(box.value, each.path) : null) })));
+      show(errors.map((each) => ({ ...each, ...(each.path ? find(each.path) : null) })));
     } finally {
       send.disabled = false;
     }
+  }
+
+  /** {start, end} of a place in the scene, or of one in what it is wrapped in. */
+  function find(path) {
+    const scene = wrappedScene(box.value);
+    if (scene === null) return locate(box.value, path);
+    const { start, end } = locate(box.value.slice(scene.start, scene.end), path);
+    return { start: scene.start + start, end: scene.start + end };
   }
 
   /** errors: [{path, message, start?, end?}]; those with a place lead to it. */

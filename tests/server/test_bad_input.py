@@ -109,6 +109,22 @@ def test_what_is_no_number_is_refused(server, number, place):
     refused(server.client.post("/v1/jobs", content=json.dumps(text).replace('"#"', number).encode()), 422)
 
 
+@pytest.mark.parametrize("wrapped", [False, True], ids=["bare", "wrapped"])
+@pytest.mark.parametrize(
+    ("text", "twice", "path"),
+    [
+        ('"samples": 4', '"samples": 4, "samples": 4', "render.samples"),
+        ('"ball": {', '"a b": {"a": 1, "a": 1}, "ball": {', 'objects["a b"].a'),
+        ('"object": "ball"', '"object": "ball", "object": "ball"', "scene[0].object"),
+        ('"camera": {', '"": {"a": 1, "a": 1}, "camera": {', '[""].a'),
+    ],
+)
+def test_a_key_given_twice_is_told_with_its_place(server, text, twice, path, wrapped):
+    body = json.dumps(scene()).replace(text, twice)
+    problem = refused(server.client.post("/v1/jobs", content='{"name": "x", "scene": %s}' % body if wrapped else body), 422)
+    assert [error["path"] for error in problem["errors"]] == [path]
+
+
 @pytest.mark.parametrize(
     ("field", "value"),
     [

@@ -101,3 +101,20 @@ def test_the_keyboard_stays_with_the_actions(server, page):
     page.keyboard.press("Enter")
     wait_for_state(page, "cancelled")
     expect(button(page, "Retry")).to_be_focused()
+
+
+def test_a_job_deleted_elsewhere_is_let_go(server, watched):
+    page = watched.page
+    job = post(server.url, scene(seconds=30))
+    open_job(page, server.url, job["id"])
+    wait_for_known(page, 0.01)
+    for _ in range(2):
+        pictures.httpx.delete(f"{server.url}/v1/jobs/{job['id']}").raise_for_status()
+    expect(page.get_by_role("alert")).to_contain_text("It may have been deleted")
+    expect(page.get_by_role("group", name="Actions")).to_be_hidden()
+    expect(page.locator(".job-header .state")).to_have_text("deleted")
+    page.wait_for_timeout(500)
+    asked = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.wait_for_timeout(7000)
+    assert asked == []

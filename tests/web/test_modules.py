@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from watching import Watched
 
+from tilecast.scene import paths
+
 
 @pytest.fixture(scope="module")
 def run(server, browser):
@@ -81,6 +83,14 @@ def test_place_of_a_value(run):
     assert at("scene") == []
     assert at("") == document
     assert at("objects.lens.of[0].colour") == {"radius": 1}, "a missing key is a fault of what lacks it"
+
+
+@pytest.mark.parametrize("key", ["a b", "a.b", "a[0]", 'say "a"', "a\\b", "é\n", ""])
+def test_place_of_a_value_under_a_key_in_quotes(run, key):
+    """As `tilecast.scene.paths` writes keys that are no names."""
+    text = json.dumps({"objects": {key: {"radius": -1}, "a": 1, "b": 2}})
+    place = run("json-places.js", "m.locate(a[0], a[1])", [text, paths.text(["objects", key, "radius"])])
+    assert text[place["start"] : place["end"]] == "-1"
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 import json
 
 import pictures
+import pytest
 from pictures import scene, wait_for_state
 from playwright.sync_api import expect
 
@@ -119,3 +120,63 @@ def test_a_lost_answer_makes_no_second_job(server, page):
     wait_for_state(page, "done")
     jobs = pictures.httpx.get(f"{server.url}/v1/jobs").json()["jobs"]
     assert lost == [202] and [job["name"] for job in jobs].count("sent twice") == 1
+
+
+def test_what_was_typed_outlives_a_turn_of_the_page(server, page):
+    text = json.dumps(scene(seed=17))
+    open_box(page, server).fill(text)
+    page.get_by_label("Name").fill("kept")
+    page.get_by_label("Priority").select_option("High")
+
+    def expect_kept():
+        expect(page.get_by_label("Scene (JSON)")).to_have_value(text)
+        expect(page.get_by_label("Name")).to_have_value("kept")
+        expect(page.get_by_label("Priority")).to_have_value("1")
+
+    page.get_by_role("link", name="Jobs", exact=True).click()
+    expect(page.get_by_role("heading", level=1)).to_have_text("Jobs")
+    page.go_back()
+    expect_kept()
+    page.reload()
+    expect_kept()
+    render(page)
+    wait_for_state(page, "done")
+    open_box(page, server)
+    expect_kept()
+
+
+def test_a_scene_too_large_to_be_kept_is_rendered_all_the_same(server, page):
+    text = json.dumps(scene(seed=18)) + " " * 6_000_000  # beyond the quota of a page
+    box = open_box(page, server)
+    box.evaluate("(box, text) => { box.value = text; box.dispatchEvent(new Event('input')); }", text)
+    page.wait_for_timeout(1000)
+    render(page)
+    wait_for_state(page, "done")
+
+
+@pytest.mark.parametrize("fields", [{}, {"name": "its own", "priority": 3}])
+def test_a_scene_may_come_wrapped_as_the_server_takes_it(server, page, fields):
+    open_box(page, server).fill(json.dumps({"scene": scene(), **fields}, indent=1))
+    render(page)
+    wait_for_state(page, "done")
+    job = pictures.job(server.url, page.url.rsplit("/", 1)[1])
+    assert (job["name"], job["priority"]) == (fields.get("name", ""), fields.get("priority", 0))
+
+
+def test_a_wrapped_scene_s_faults_lead_to_their_places(server, page):
+    document = scene()
+    document["scene"][1]["object"]["radius"] = -0.25
+    open_box(page, server).fill(json.dumps({"scene": document}, indent=1))
+    render(page)
+    page.get_by_role("alert").get_by_role("button", name="scene[1].object.radius").click()
+    assert selected(page) == "-0.25"
+
+
+def test_a_key_given_twice_is_named_as_in_the_scene(server, page):
+    text = json.dumps(scene(samples=2)).replace('"samples": 2', '"samples": 2, "samples": 3')
+    open_box(page, server).fill(text)
+    render(page)
+    place = page.get_by_role("alert").get_by_role("button")
+    expect(place.locator("code")).to_have_text("render.samples")
+    place.click()
+    assert selected(page) == "2"

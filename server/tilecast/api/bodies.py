@@ -1,5 +1,6 @@
 """Request bodies: bytes to documents. FastAPI does not parse them, so that every fault is told in one voice."""
 
+import re
 from typing import Annotated, Literal, TypeVar
 from urllib.parse import urlsplit
 
@@ -17,6 +18,9 @@ _JSON_TYPES = {
     "application/x-www-form-urlencoded",
     "",
 }
+
+_WRAPPER = re.compile(r"^scene(\.|(?=\[\"))")
+"""What stands before the place of a fault within the scene of a submission, and before none within a bare scene."""
 
 
 def _plain_text(text: str) -> str:
@@ -93,7 +97,10 @@ def declared_length(request: Request) -> int:
 
 def submission(body: bytes) -> tuple[Submission, bytes | dict]:
     """What a submission asks for, and its scene, not yet checked: the body itself where it is a bare scene."""
-    document = scene.read(body)
+    try:
+        document = scene.read(body)
+    except scene.SceneError as error:
+        raise scene.SceneError(_WRAPPER.sub("", error.path), error.message) from None
     # A scene has a list under "scene": what is seen.
     if not isinstance(document.get("scene"), dict):
         return Submission(scene={}), body
