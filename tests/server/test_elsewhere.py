@@ -7,10 +7,15 @@ import subprocess
 import sys
 import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 
+import dask
 import numpy as np
 import pytest
+import yaml
 from servers import exr, locally, long_scene, scene, until
+
+from tilecast.jobs import engine
 
 
 @pytest.fixture
@@ -67,6 +72,15 @@ def test_a_running_cluster_renders_and_may_lose_everything(cluster, make_server,
     cluster.worker(address)
     server.reach(job, "done")
     assert np.array_equal(exr(server, job, tmp_path), locally(document))
+
+
+def test_workers_in_the_compose_file_treat_memory_as_our_own_cluster_does():
+    """Dask's defaults pause a worker at 80 % of its memory, for good, and all jobs with it."""
+    compose = yaml.safe_load((Path(__file__).resolve().parents[2] / "docker" / "compose.yaml").read_text())
+    given = dask.config.collect_env({name: str(value) for name, value in compose["services"]["worker"]["environment"].items()})
+    memory = {name: value for name, value in engine._LOCAL_SETTINGS.items() if "worker.memory" in name}
+    assert len(memory) == 4
+    assert {name: dask.config.get(name, config=given) for name in memory} == memory
 
 
 class Listener:

@@ -1,6 +1,8 @@
 """Jobs over HTTP, from the scene to the picture."""
 
+import html
 import json
+import re
 import threading
 from pathlib import Path
 
@@ -383,7 +385,16 @@ def test_the_server_says_how_it_is(server):
     schema = server.client.get("/v1/schema")
     assert schema.headers["content-type"] == "application/schema+json"
     assert schema.json()["properties"].keys() >= {"camera", "scene", "objects"}
-    assert server.client.get("/docs").status_code == 200
+
+
+def test_the_description_needs_nothing_from_elsewhere(server):
+    page = server.client.get("/docs")
+    assert page.headers["content-type"].startswith("text/html")
+    assert not re.search(r"<script|(?:src|href)=[\"']?(?:\w+:|//)", page.text)
+    for path, calls in server.client.get("/openapi.json").json()["paths"].items():
+        for method, call in calls.items():
+            assert f"{method.upper()} {path}<" in page.text
+            assert html.escape(call.get("description", "").split("\n")[0]) in page.text
 
 
 def test_the_page_and_the_example_scenes_are_served(server):

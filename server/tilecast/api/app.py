@@ -8,7 +8,7 @@ from starlette.datastructures import MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from tilecast import scene
-from tilecast.api import assets, bodies, events, health, images, jobs, page, problems
+from tilecast.api import assets, bodies, description, events, health, images, jobs, page, problems
 from tilecast.jobs.manager import Manager
 
 _DESCRIPTION = """A ray-tracing render server. POST a scene, follow its events, keep the image.
@@ -23,6 +23,7 @@ def create_app(manager: Manager) -> FastAPI:
         title="Tilecast",
         version=_version(),
         description=_DESCRIPTION,
+        docs_url=None,
         redoc_url=None,
     )
     app.state.manager = manager
@@ -30,6 +31,7 @@ def create_app(manager: Manager) -> FastAPI:
     problems.install(app)
     for router in (jobs.router, events.router, images.router, assets.router, health.router):
         app.include_router(router)
+    description.add_description(app)
     page.add_page(app, settings.scenes)
     health.add_metrics(app, manager)
 
