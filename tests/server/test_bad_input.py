@@ -228,8 +228,12 @@ def test_bad_queries_are_refused(server, query):
 
 
 def test_other_methods_are_refused(server):
-    problem = refused(server.client.put("/v1/jobs"), 405)
-    assert "PUT" in problem["detail"]
+    for path, allowed in (("/v1/jobs", {"GET", "POST"}), ("/v1/jobs/x", {"GET", "PATCH", "DELETE"}),
+                          (f"/v1/assets/{'0' * 64}", {"HEAD", "PUT"}), ("/healthz", {"GET"})):
+        answer = server.client.request("OPTIONS", path)
+        problem = refused(answer, 405)
+        assert set(answer.headers["allow"].split(", ")) == allowed
+        assert "OPTIONS" in problem["detail"] and answer.headers["allow"] in problem["detail"]
 
 
 @pytest.mark.parametrize("event", ["x", "-1", "1e9", "99999999999999999999", "½", "１"])

@@ -14,6 +14,7 @@ from fastapi_problem.handler import ExceptionHandler, add_exception_handler, new
 from pydantic import BaseModel
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
+from starlette.routing import compile_path
 
 from tilecast.jobs import faults
 
@@ -111,9 +112,17 @@ def _from_http(_handler: ExceptionHandler, request: Request, error: HTTPExceptio
         case 404:
             return Problem("Not found", "not-found", f"There is nothing at {legible(request.url.path)}.", 404)
         case 405:
+            headers["Allow"] = ", ".join(sorted(_allowed(request))) or headers.get("Allow", "")
             detail = f"{request.method} is not possible here; {headers.get('Allow', 'nothing')} is."
             return Problem("Method not allowed", "method-not-allowed", detail, 405, headers=headers)
     return Problem(str(error.detail), "http-error", None, error.status_code, headers=headers)
+
+
+def _allowed(request: Request) -> set[str]:
+    """The methods of all calls at this address: the one that refused knows of its own alone."""
+    calls = request.app.openapi()["paths"].items()
+    here = [methods for path, methods in calls if compile_path(path)[0].match(request.url.path)]
+    return {method.upper() for methods in here for method in methods}
 
 
 def _from_validation(_handler: ExceptionHandler, _request: Request, error: RequestValidationError) -> Problem:

@@ -59,6 +59,8 @@ class Intake:
         if known := self._store.by_idempotency_key(order.owner, order.idempotency_key, request):
             return known, False
         self._slow_down(order.owner)
+        # Before the work of checking the scene; `create` looks again, for those that came at the same time.
+        self._store.check_room(order.owner, self._settings.max_jobs)
         try:
             parsed = scene.parse(document)
         except scene.SceneError as error:

@@ -85,10 +85,7 @@ class Store:
             with self._write() as connection:
                 if known := _by_key(connection, new.owner, new.idempotency_key, new.request):
                     return known, False
-                mine = (jobs.c.owner == new.owner, jobs.c.state.in_(ACTIVE))
-                if connection.scalar(select(func.count()).select_from(jobs).where(*mine)) >= unfinished_limit:
-                    message = f"you have {unfinished_limit} jobs that have not ended; wait for one, or cancel one"
-                    raise TooMany(message, _RETRY_SECONDS)
+                _check_room(connection, new.owner, unfinished_limit)
                 values = {field.name: getattr(new, field.name) for field in fields(NewJob)}
                 values |= {"state": State.QUEUED, "created": time.time(), "event": 1}
                 connection.execute(insert(jobs), values)
@@ -99,6 +96,11 @@ class Store:
             if known := self.by_idempotency_key(new.owner, new.idempotency_key, new.request):
                 return known, False
             raise
+
+    def check_room(self, owner: str, unfinished_limit: int) -> None:
+        """Raise `TooMany` where the owner has so many jobs that have not ended."""
+        with self._engine.connect() as connection:
+            _check_room(connection, owner, unfinished_limit)
 
     def by_idempotency_key(self, owner: str, key: str | None, request: str) -> Job | None:
         """The job that this request made before, if any. Raises `KeyReused`."""
@@ -292,6 +294,13 @@ def _to_job(row: RowMapping) -> Job:
 def _job(connection: Connection, job: str) -> Job | None:
     row = connection.execute(select(jobs).where(jobs.c.id == job)).mappings().one_or_none()
     return _to_job(row) if row is not None else None
+
+
+def _check_room(connection: Connection, owner: str, unfinished_limit: int) -> None:
+    mine = (jobs.c.owner == owner, jobs.c.state.in_(ACTIVE))
+    if connection.scalar(select(func.count()).select_from(jobs).where(*mine)) >= unfinished_limit:
+        message = f"you have {unfinished_limit} jobs that have not ended; wait for one, or cancel one"
+        raise TooMany(message, _RETRY_SECONDS)
 
 
 def _by_key(connection: Connection, owner: str, key: str | None, request: str) -> Job | None:
