@@ -52,11 +52,10 @@ ErrorPartials error_partials(int height, int width, const SampleSums& all, const
   moments(all, means, variances, 0);
   const size_t pixels = means.pixels;
   ErrorPartials out = previous.value_or(ErrorPartials{});
-  out[0] = out[3] = 0.0;
+  for (int at : {0, 3, 9, 10}) out[at] = 0.0;
 
   if (!split) {
     const Planes weights = error_weights(means, variances);
-    double squares = 0.0, relative_squares = 0.0;
     for (size_t i = 0; i < pixels; ++i) {
       double v = 0.0, relative = 0.0;
       for (size_t c = 0; c < kChannels; ++c) {
@@ -65,13 +64,13 @@ ErrorPartials error_partials(int height, int width, const SampleSums& all, const
       }
       out[0] += v;
       out[3] += relative;
-      squares += v * v;
-      relative_squares += relative * relative;
+      out[9] += v * v;
+      out[10] += relative * relative;
     }
     if (!previous) {
-      out[1] = 4.0 / 3 * squares;
+      out[1] = 4.0 / 3 * out[9];
       out[2] = out[0];
-      out[4] = 4.0 / 3 * relative_squares;
+      out[4] = 4.0 / 3 * out[10];
       out[5] = out[3];
     }
   } else {
@@ -88,7 +87,7 @@ ErrorPartials error_partials(int height, int width, const SampleSums& all, const
     std::fill_n(out.begin() + 1, 2, 0.0);
     std::fill_n(out.begin() + 4, 4, 0.0);
     for (size_t i = 0; i < pixels; ++i) {
-      double product = 0.0, relative_product = 0.0;
+      double product = 0.0, relative_product = 0.0, all_channels = 0.0, relative = 0.0;
       for (size_t c = 0; c < kChannels; ++c) {
         const double v = variances[c][i], v_first = variances[3 + c][i], v_last = variances[6 + c][i];
         const double weight = weights[c][i], by_first = weights[3 + c][i], by_last = weights[6 + c][i];
@@ -96,9 +95,9 @@ ErrorPartials error_partials(int height, int width, const SampleSums& all, const
         const double a = before.a(at) - in.a(at), b = before.b(at) - in.b(at);
         const double square = a * a * to_a + b * b * to_b, both = a * b * to_both;
         const double crossed = 0.5 * (by_first + by_last);
-        out[0] += v;
+        all_channels += v;
+        relative += v * weight;
         out[2] += square;
-        out[3] += v * weight;
         out[5] += square * crossed;
         out[6] += v_first * by_last + v_last * by_first;
         out[7] += (v_first + v_last) * weight;
@@ -107,12 +106,17 @@ ErrorPartials error_partials(int height, int width, const SampleSums& all, const
         tails[0][i] += v_first * weight;
         tails[1][i] += v_last * weight;
       }
+      all_channels *= kThird;
+      relative *= kThird;
+      out[0] += all_channels;
       out[1] += product * product;
+      out[3] += relative;
       out[4] += relative_product * relative_product;
+      out[9] += all_channels * all_channels;
+      out[10] += relative * relative;
       tails[0][i] *= of_first * kThird;
       tails[1][i] *= of_last * kThird;
     }
-    for (int at : {0, 3}) out[at] *= kThird;
     for (int at : {2, 5}) out[at] *= kThird / 4;
     for (int at : {6, 7}) out[at] *= kThird * of_first * of_last;
     const TailPartials histograms = tail_partials({tails[0], pixels}, {tails[1], pixels});

@@ -10,8 +10,8 @@
 namespace tilecast {
 
 // Of the squared error and of the relative one: v, and as its parts tell it (a . b)^2 and (a^2 + b^2) / 4; then the
-// relative one with R from other samples, from the same, and over sqrt(n).
-inline constexpr int kErrorSums = 9;
+// relative one with R from other samples, from the same, and over sqrt(n); and v^2 of both.
+inline constexpr int kErrorSums = 11;
 using ErrorPartials = std::array<double, kErrorSums + std::tuple_size_v<TailPartials>>;
 
 struct SampleSums {

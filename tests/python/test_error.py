@@ -211,3 +211,15 @@ def test_a_bright_sample_does_not_hide_its_own_error():
     image[:, 10, 10] += 50
     variance[:, 10, 10] = 50.0**2
     assert weight(image, variance)[:, 10, 10] == pytest.approx(1 / 0.05, rel=0.01)
+
+
+def test_events_that_no_two_parts_share_leave_the_error_unsure():
+    """12 events in 32 x 32 pixels, in each half and part 3, at places of their own: twelve are met 12 +- 3.5 times."""
+    generator, halves = np.random.default_rng(0), np.zeros((4, 1024, 3))
+    for event, place in enumerate(generator.choice(1024, 12, replace=False)):
+        halves[event % 4, place] = 100.0
+    first, last = (half.reshape(2, 32, 32, 3) for half in (halves[:2], halves[2:]))
+    found = estimation.estimate(estimation.tile_partials(first + last, 32, [(first, 16), (last, 16)])[None], 1024)
+    assert found.heavy_tailed
+    for mean, low, high in ((found.mse, found.mse_low, found.mse_high), (found.relative_mse, found.low, found.high)):
+        assert np.log(high / mean) > 1.96 / np.sqrt(12) and np.log(mean / low) > 1.96 / np.sqrt(12)

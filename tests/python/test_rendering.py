@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tilecast.render.film import Film
 from tilecast.render.plan import make_plan
-from tilecast.render.rendering import Rendering
+from tilecast.render.rendering import ChunkResult, Rendering
 from tilecast.scene.schema import Stop
 
 CONTRACT = {"seconds", "samples", "rays", "rays_per_second", "error", "curve"}  # what is left comes from the scene
@@ -324,3 +324,70 @@ def test_the_time_left_is_foreseen():
 def test_a_film_of_the_plan_stands_behind_it():
     plan = make_plan(8, 8, 4)
     assert isinstance(Rendering(plan).film, Film) and Rendering(plan).plan is plan
+
+
+def test_an_image_without_noise_may_have_met_nothing_yet_and_meets_no_goal_at_once():
+    """One pixel meets light that is rare, after 40 samples; the others have all met what there is."""
+    plan = make_plan(16, 16, 4096, 8)
+    image = draw(plan, lambda generator, shape: np.full(shape, 0.5))
+    image[40:, 3, 3] += 30 * (np.random.default_rng(1).random((4056, 1)) < 0.01)
+    rendering = Rendering(plan, Stop(relative_mse=0.005))
+    finish(rendering, image)
+    first = [point for point in rendering.curve if point["samples"] <= 32]
+    assert len(first) == 5 and all(point["relative_mse"] == 0 for point in first)
+    assert all(point["heavy_tailed"] is None and point["tail_share"] is None for point in first)
+    assert rendering.curve[-1]["samples"] > 64 and rendering.curve[-1]["relative_mse"] > 0
+    for goal, samples in ((1.0, 16), (1e-3, 1024)):  # what is missed makes no relative error of 1
+        rendering = Rendering(plan, Stop(relative_mse=goal))
+        finish(rendering, np.full((4096, 16, 16, 3), 0.1))
+        assert rendering.curve[-1]["samples"] == rendering.film.tile_samples(plan.tiles[0]) == samples
+
+
+def test_what_only_the_camera_sees_has_no_light_to_miss():
+    plan = make_plan(16, 16, 4096, 8)
+    rendering = Rendering(plan, Stop(relative_mse=1e-3))
+    while (chunk := rendering.next_chunk()) is not None:
+        pixels = chunk.tile.width * chunk.tile.height * chunk.count
+        sums = np.full((2, chunk.tile.height, chunk.tile.width, 3), 0.3 * chunk.count)
+        rendering.add(chunk, ChunkResult(sums, (pixels, 0, 0), 0.0))
+    assert rendering.finished and rendering.curve[-1]["samples"] == 16
+
+
+@pytest.mark.parametrize("adaptive, seconds", [(False, 7.5), (False, 22.0), (False, 42.1), (True, 30.0)])
+def test_an_image_whose_time_is_up_tells_its_own_error(adaptive, seconds):
+    """Chunks of 1 second on 4 tiles; some tiles then have more samples than others, or more than at their last
+    checkpoint. The true error of 64 x 64 pixels scatters by sqrt(2 / 12288) = 1.3%."""
+    plan = make_plan(64, 64, 4096 if adaptive else 5000, 32)
+    clock, generator = Clock(), np.random.default_rng(5)
+
+    def ended(rendering):
+        while (chunk := rendering.next_chunk()) is not None:
+            clock.now += 1 if chunk.first < 1024 or adaptive else 0.25
+            part, shape = chunk.count // 2, (2, chunk.tile.height, chunk.tile.width, 3)
+            sums = 0.5 * part + 0.25 * np.sqrt(part) * generator.standard_normal(shape)
+            rendering.add(chunk, ChunkResult(sums, (0, 0, 0), 0.0))
+        assert rendering.finished
+        return rendering
+
+    rendering = ended(Rendering(plan, Stop(seconds=seconds), clock, adaptive))
+    stats = rendering.statistics()
+    true = ((rendering.film.pixels().astype(float) - 0.5) ** 2).mean()
+    assert stats["samples"] == stats["curve"][-1]["samples"] and stats["error"]["mse"] == stats["curve"][-1]["mse"]
+    assert stats["error"]["mse"] == pytest.approx(true, rel=0.08)
+    assert stats["error"]["mse"] == pytest.approx(rendering.film.variance().mean(), rel=1e-5)
+    assert stats["error"]["mse_low"] < true < stats["error"]["mse_high"]
+
+
+def test_the_last_point_of_an_image_whose_time_is_up_comes_once():
+    plan = make_plan(16, 16, 1024, 8)
+    image = draw(plan, normal)
+    clock = Clock()
+    rendering = Rendering(plan, Stop(seconds=6.5), clock)
+    points = [event for event in finish(rendering, image, clock=clock) if event["type"] == "error"]
+    assert [point["samples"] for point in points] == [2, 3.5] == [point["samples"] for point in rendering.curve]
+    stored = {tile.index: rendering.film.save_tile(tile) for tile in plan.tiles}
+    again = Rendering(plan, Stop(seconds=6.5), clock)
+    assert again.restore(stored, rendering.seconds, points) == [] and again.curve == rendering.curve
+    lost = Rendering(plan, Stop(seconds=6.5), clock)
+    [last] = lost.restore(stored, rendering.seconds, points[:1])
+    assert {**last, "seconds": 0} == {**points[1], "seconds": 0}

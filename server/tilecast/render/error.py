@@ -20,11 +20,14 @@ variances add up. What the two parts tell is taken as a fraction of the error th
 mse exp(+-1.96 s), with that fraction's root for s: as that of a quotient of variances, it is nearly symmetric on the
 logarithmic axis on which errors are drawn. Two or three samples have no such parts; there S comes from v, as if noise
 were normal and of one colour: E[v^2] = 3/4 tr(S^2) / 9. Nothing here asks the samples of one half to be independent.
+Where rare events carry the error the two parts meet few of them in the same pixel, or none, and their products say
+that all is known. What says how many events there were is v^2, so there the interval is at least as wide as by v.
 
 `low` and `high` are those of `relative_mse`, in the same way; its bias, which falls with the noise, counts as
 0.3 / sqrt(n) of it in the standard deviation: see `scenes/RESULTS.md` for what it is.
 
-`heavy_tailed` says that rare events carry the error, so that the estimate cannot be trusted; see `tails`.
+`heavy_tailed` says that rare events carry the error, so that the estimate cannot be trusted; see `tails`. An image
+without any noise cannot tell: it may be finished, or have met none of its light yet.
 """
 
 from __future__ import annotations
@@ -38,9 +41,11 @@ from .. import _core
 from . import tails
 
 PARTIALS = _core.ERROR_PARTIALS  # numbers that a tile contributes: sums over its pixels, and what `tails` needs
+NOISELESS = 1e-24  # the relative MSE that rounding alone may leave
 FLOOR = _core.ERROR_FLOOR  # added to R^2, so that black pixels count
 _SUMS = _core.ERROR_SUMS
 _BIAS = 0.3  # of the relative error, as a part of it, times sqrt(n): root mean square over example scenes
+_LARGEST = 2.0  # deviation that there is: of one pixel, whose two parts have one channel each
 NORMAL_95 = 1.959963984540054  # standard deviations either side of the mean that hold 95% of normal figures
 
 tile_partials = _core.error_partials
@@ -49,8 +54,8 @@ tile_partials = _core.error_partials
 @dataclass(frozen=True)
 class ErrorEstimate:
     """Mean squared error over pixels and channels (linear RGB), with its 95% interval; and the same relative
-    to the image: mean((I - R)^2 / (R^2 + 0.01)), whose interval is low .. high. `tail_share` is None where
-    there are too few samples to tell."""
+    to the image: mean((I - R)^2 / (R^2 + 0.01)), whose interval is low .. high. `heavy_tailed` and `tail_share` are None
+    where there are too few samples to tell, or no noise."""
     mse: float
     mse_low: float
     mse_high: float
@@ -71,15 +76,16 @@ def relative_sums(partials: np.ndarray) -> np.ndarray:
 
 def estimate(partials: np.ndarray, pixels: int) -> ErrorEstimate:
     """The estimate of an image of so many pixels from its tiles' partials, float64 [tiles, PARTIALS]."""
-    square, square_products, squares, relative, products, parts, others, same, by_samples = (
-        math.fsum(column) for column in partials.T[:_SUMS])
+    (square, square_products, squares, relative, products, parts, others, same, by_samples, of_squares,
+     of_relative) = (math.fsum(column) for column in partials.T[:_SUMS])
     bias = _BIAS * by_samples / relative if relative > 0 else 0.0
+    share = tails.tail_share(partials[:, _SUMS:].sum(axis=0)) if relative > NOISELESS * pixels else None
+    heavy_tailed = None if share is None else share > tails.HEAVY
+    floors = [_by_squares(square, of_squares), _by_squares(relative, of_relative)] if heavy_tailed else [0.0, 0.0]
     if others > 0 and same > 0:
         relative *= math.sqrt(others / same)
-    share = tails.tail_share(partials[:, _SUMS:].sum(axis=0))
-    return ErrorEstimate(*_interval(square, square_products, squares, pixels),
-                         *_interval(relative, products, parts, pixels, bias),
-                         None if share is None else share > tails.HEAVY, share)
+    return ErrorEstimate(*_interval(square, square_products, squares, pixels, floors[0]),
+                         *_interval(relative, products, parts, pixels, floors[1], bias), heavy_tailed, share)
 
 
 def weight(mean: np.ndarray, variance: np.ndarray) -> np.ndarray:
@@ -105,12 +111,17 @@ def variance(sums: np.ndarray, samples: int) -> np.ndarray:
     return (sums[0] / even - sums[1] / odd) ** 2 * (even * odd / samples**2)
 
 
-def _interval(total: float, products: float, parts: float, pixels: int,
+def _by_squares(total: float, squares: float) -> float:
+    """The deviation of the mean of v, as a part of it, from the sums of v and of v^2."""
+    return math.sqrt(4 / 3 * squares) / total if total > 0 else 0.0
+
+
+def _interval(total: float, products: float, parts: float, pixels: int, least: float,
               bias: float = 0.0) -> tuple[float, float, float]:
     """The mean over the pixels of what adds up to `total`, and its interval: `products` is the variance of `parts`,
-    and `bias` a part of the mean."""
+    `least` the deviation at least, and `bias` another one; both are parts of the mean."""
     if not total > 0:
         return total, total, total
-    deviation = math.sqrt(products) / parts if parts > 0 else 2.0  # 2: the largest that there is
+    deviation = min(max(math.sqrt(products) / parts, least), _LARGEST) if parts > 0 else _LARGEST
     width = NORMAL_95 * math.hypot(deviation, bias)
     return total / pixels, total / pixels * math.exp(-width), total / pixels * math.exp(width)

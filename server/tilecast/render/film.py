@@ -17,7 +17,7 @@ from .. import _core
 from . import error
 from .plan import MOST_IN_RANGE, Chunk, Plan, Tile
 
-_FORMAT = 5  # of saved tiles
+_FORMAT = 6  # of saved tiles
 _MOST = float(np.finfo(np.float32).max)
 
 
@@ -30,9 +30,12 @@ def _as_float32(values: np.ndarray) -> np.ndarray:
 class _TileState:
     sums: np.ndarray | None = None  # float64 [2, h, w, 3]: even samples, odd samples; None: nothing yet
     lost: np.ndarray | None = None  # the same: what rounding took from the sums; None: they are of few chunks
+    earlier: np.ndarray | None = None  # the sums at `split` samples, between two powers of two
+    split: int = 0  # 0: there are none, as the sums themselves are the first part of what comes next
     ranges: int = 0  # chunks added so far
     samples: int = 0  # of each pixel
     partials: np.ndarray = field(default_factory=lambda: np.empty((0, error.PARTIALS)))  # [checkpoints so far, n]
+    checked: int = 0  # samples at the last checkpoint
     rays: tuple[int, int, int] = (0, 0, 0)  # camera, bounce, shadow
     rays_at: tuple[int, ...] = ()  # all of them at each checkpoint
     seconds: float = 0.0  # of work, over all threads
@@ -46,6 +49,15 @@ def _sum(state: _TileState, chunk: Chunk, sums: np.ndarray) -> tuple[np.ndarray,
     if chunk.first < MOST_IN_RANGE:
         return state.sums + sums, None
     return _core.add_sums(state.sums, np.zeros_like(sums) if state.lost is None else state.lost, sums)
+
+
+def _standing_partials(state: _TileState) -> np.ndarray:
+    previous = state.partials[-1] if len(state.partials) else None
+    if state.checked == state.samples:
+        return previous
+    parts = ((state.earlier, state.split), (state.sums - state.earlier, state.samples - state.split)) \
+        if state.split else ()
+    return error.tile_partials(state.sums, state.samples, parts, previous)
 
 
 class Film:
@@ -85,14 +97,20 @@ class Film:
                              f"{state.samples}, got {chunk.first}")
         done = state.samples + chunk.count
         total, lost = _sum(state, chunk, sums)
-        partials, rays_at = state.partials, state.rays_at
+        earlier, split = (state.earlier, state.split) if state.split else (state.sums, state.samples)
         rays = tuple(a + b for a, b in zip(state.rays, rays))
+        partials, rays_at = state.partials, state.rays_at
         if chunk.checkpoint:
             rays_at = (*rays_at, sum(rays))
-            parts = () if state.sums is None else ((state.sums, state.samples), (sums, chunk.count))
+            later = sums if split == state.samples else total - earlier
+            parts = () if earlier is None else ((earlier, split), (later, done - split))
             row = error.tile_partials(total, done, parts, partials[-1] if len(partials) else None)
             partials = np.vstack([partials, row])
-        return _TileState(total, lost, state.ranges + 1, done, partials, rays, rays_at, state.seconds + seconds)
+        checked = done if chunk.checkpoint else state.checked
+        if done.bit_length() > split.bit_length() or done == self.plan.samples:
+            earlier, split = None, 0  # the next part of the samples begins here
+        return _TileState(total, lost, earlier, split, state.ranges + 1, done, partials, checked, rays, rays_at,
+                          state.seconds + seconds)
 
     def _put(self, tile: Tile, state: _TileState) -> None:
         before = self._tiles[tile.index]
@@ -119,6 +137,14 @@ class Film:
     def error_after(self, checkpoints: Sequence[int]) -> error.ErrorEstimate:
         """The estimate after so many checkpoints of each tile, at least one."""
         return error.estimate(self._partials_after(checkpoints), self.plan.width * self.plan.height)
+
+    def standing_error(self) -> error.ErrorEstimate | None:
+        """The estimate of the image as it stands, with the samples after the last checkpoints; None before every tile
+        has two."""
+        if min(state.samples for state in self._tiles) < 2:
+            return None
+        partials = np.array([_standing_partials(state) for state in self._tiles])
+        return error.estimate(partials, self.plan.width * self.plan.height)
 
     def relative_sums(self, checkpoints: Sequence[int]) -> np.ndarray:
         """The relative squared error of each tile after so many of its checkpoints, summed over its pixels; float64
@@ -198,9 +224,10 @@ class Film:
         out = io.BytesIO()
         np.savez(out, format=np.int64(_FORMAT), tile=self._identity(tile), ranges=np.int64(state.ranges),
                  samples=np.int64(state.samples), sums=state.sums,
-                 lost=np.empty(0) if state.lost is None else state.lost, partials=state.partials,
-                 rays=np.array(state.rays, np.int64),
-                 rays_at=np.array(state.rays_at, np.int64),
+                 lost=np.empty(0) if state.lost is None else state.lost,
+                 earlier=np.empty(0) if state.earlier is None else state.earlier, split=np.int64(state.split),
+                 partials=state.partials, checked=np.int64(state.checked),
+                 rays=np.array(state.rays, np.int64), rays_at=np.array(state.rays_at, np.int64),
                  seconds=np.float64(state.seconds))
         return out.getvalue()
 
@@ -211,14 +238,17 @@ class Film:
             with np.load(io.BytesIO(data), allow_pickle=False) as stored:
                 arrays = dict(stored)
             same = int(arrays["format"]) == _FORMAT and np.array_equal(arrays["tile"], self._identity(tile))
-            lost = arrays["lost"] if arrays["lost"].size else None
-            state = _TileState(arrays["sums"], lost, int(arrays["ranges"]), int(arrays["samples"]), arrays["partials"],
+            lost, earlier = (arrays[name] if arrays[name].size else None for name in ("lost", "earlier"))
+            state = _TileState(arrays["sums"], lost, earlier, int(arrays["split"]), int(arrays["ranges"]),
+                               int(arrays["samples"]), arrays["partials"], int(arrays["checked"]),
                                tuple(arrays["rays"].tolist()), tuple(arrays["rays_at"].tolist()),
                                float(arrays["seconds"]))
         except Exception as problem:  # zipfile, zlib and numpy each have their own errors for damaged bytes
             raise ValueError(f"the stored tile {tile.column}, {tile.row} is damaged: {problem}") from problem
         shape = (2, tile.height, tile.width, 3)
-        if not same or state.sums.shape != shape or (lost is not None and lost.shape != shape) \
+        if not same or state.sums.shape != shape \
+                or any(found is not None and found.shape != shape for found in (lost, earlier)) \
+                or not 0 <= state.split < state.samples or (earlier is None) != (state.split == 0) \
                 or state.partials.shape != (len(state.rays_at), error.PARTIALS):
             raise ValueError(f"the stored tile {tile.column}, {tile.row} belongs to another plan or tile")
         if self._tiles[tile.index].ranges:

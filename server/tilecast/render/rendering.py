@@ -106,25 +106,33 @@ class Rendering:
         """Takes a result; the events that follow from it: tiles that have changed, points of the error
         curve."""
         self._landed(chunk)
-        if not self.film.add(chunk, result.sums, result.rays, result.seconds):
-            return []
-        self._rounds.arrived(chunk.tile)
-        return [self.tile_event(chunk.tile), *self._advance({})]
+        events = []
+        if self.film.add(chunk, result.sums, result.rays, result.seconds):
+            self._rounds.arrived(chunk.tile)
+            events.append(self.tile_event(chunk.tile))
+        return events + self._advance({})
 
     def _advance(self, known: Mapping[float, Mapping[str, Any]]) -> list[Event]:
         """Draws the points of the curve that are reached, and begins the rounds that follow. Points that are `known`,
         by their samples, have their time already; the others are events."""
         events: list[Event] = []
+
+        def draw(samples: float, estimate: ErrorEstimate) -> None:
+            point = known.get(samples) if not events else None
+            if point is None:
+                point = {"seconds": self.seconds, "samples": samples, **estimate.to_json()}
+                events.append({"type": "error", **point})
+            self.curve.append({key: value for key, value in point.items() if key != "type"})
+
         while not self._rounds.ended:
             for samples, estimate in self._rounds.points(len(self.curve)):
-                point = known.get(samples) if not events else None
-                if point is None:
-                    point = {"seconds": self.seconds, "samples": samples, **estimate.to_json()}
-                    events.append({"type": "error", **point})
-                self.curve.append({key: value for key, value in point.items() if key != "type"})
+                draw(samples, estimate)
             if not self._rounds.complete:
                 break
             self._rounds.go_on(self.curve[-1] if self.curve else None)
+        # Where the time was up between two points, the image that is there is none of theirs.
+        if self.finished and self.curve and self.curve[-1]["samples"] != self.samples:
+            draw(self.samples, self.film.standing_error())
         return events
 
     def tile_event(self, tile: Tile) -> Event:
@@ -150,6 +158,12 @@ class Rendering:
         return self._advance({point["samples"]: point for point in curve})
 
     # --- How it stands
+
+    @property
+    def samples(self) -> float:
+        """Of a pixel, on average."""
+        mean = self.film.samples / (self.plan.width * self.plan.height)
+        return int(mean) if mean == int(mean) else mean
 
     @property
     def seconds(self) -> float:
@@ -182,22 +196,20 @@ class Rendering:
         needed = self.plan.samples
         if self.stop.relative_mse is not None and self.curve:
             point = self.curve[-1]  # the error falls as 1 / samples
-            times = max(reckoned(point) / self.stop.relative_mse, 2 if point["heavy_tailed"] else 0)
+            times = max(reckoned(point) / self.stop.relative_mse, 0 if point["heavy_tailed"] is False else 2)
             needed = min(max(point["samples"] * times, PILOT), needed)
-        return min(self.film.samples / (self.plan.width * self.plan.height * needed), 1.0)
+        return min(self.samples / needed, 1.0)
 
     def statistics(self, facts: Mapping[str, Any] | None = None, write: float = 0.0) -> dict[str, Any]:
         """The statistics of the image as `--stats` writes them. `facts` are those of the scene
         (`Compiled.facts`), `write` the seconds that writing the image took."""
         facts = dict(facts or {})
-        pixels = self.plan.width * self.plan.height
-        samples = self.film.samples / pixels
         rays, seconds = self.film.rays, self.seconds
         last = self.curve[-1] if self.curve else {}
         return {
             "seconds": {"load": 0.0, "compile": 0.0, **facts.pop("seconds", {}), "render": seconds, "write": write,
                         "work": self.film.seconds},  # work: of all threads together
-            "samples": int(samples) if samples == int(samples) else samples,
+            "samples": self.samples,
             "rays": dict(zip(("camera", "bounce", "shadow"), rays)),
             "rays_per_second": sum(rays) / seconds if seconds > 0 else 0.0,
             "error": {field.name: last.get(field.name) for field in fields(ErrorEstimate)},
