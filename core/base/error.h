@@ -11,7 +11,7 @@ struct Error : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// A NaN or infinite sample: names the pixel, the sample and the seed.
+// A NaN or infinite sample: names the pixel, the sample and the seed. Or one that lies in too many media.
 struct SampleError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

@@ -20,7 +20,8 @@ struct ChunkSums {
   RayCounts rays;
 };
 
-// Samples first .. first + count - 1 of every pixel of the tile. Throws SampleError on a sample that is not finite.
+// Samples first .. first + count - 1 of every pixel of the tile. Throws SampleError on a sample that is not finite or
+// lies in too many media.
 ChunkSums render_chunk(const Scene& scene, const Tile& tile, uint32_t first, uint32_t count);
 
 // The same, bit for bit, without the shorter way that there is for plain scenes (integrators/plain_paths.h): for tests.

@@ -1,8 +1,14 @@
 #include "shading/medium.h"
 
 #include "base/counters.h"
+#include "base/error.h"
 
 namespace tilecast {
+
+void Media::refuse() {
+  throw SampleError("more than " + std::to_string(kMost) + " dielectrics fill one place, entered one in the other: " +
+                    "take some of them away where they overlap");
+}
 
 Media media_at(const Scene& scene, const Vec3& point) {
   Media media;

@@ -2,6 +2,8 @@
 // Nested Dielectrics in Ray Traced Images", JGT 7(2), 2002. Of equal priority the one entered last counts.
 #pragma once
 
+#include <algorithm>
+
 #include "base/built.h"
 #include "base/elementary.h"
 #include "scene/surface.h"
@@ -33,13 +35,13 @@ class Media {
     if (!built_with("dielectric")) return *this;
     count_ = other.count_;
     if (built_with("dispersion")) shift_ = other.shift_, split_ = other.split_;
-    for (int i = 0; i < count_; ++i) stack_[i] = other.stack_[i];
+    std::copy_n(other.stack_, count_, stack_);
     return *this;
   }
 
   bool empty() const { return !built_with("dielectric") || count_ == 0; }
   // The one that counts; null: vacuum.
-  const Material* current() const { return !empty() ? stack_[count_ - 1] : nullptr; }
+  const Material* current() const { return !empty() ? stack_[count_ - 1].material : nullptr; }
   double ior() const { return !empty() ? ior(*current()) : 1.0; }
   double ior(const Material& material) const {
     return built_with("dispersion") ? material.ior + material.dispersion * shift_ : material.ior;
@@ -49,7 +51,7 @@ class Media {
   bool splits(const Material& material) const {
     if (split_ || !refracts(material)) return false;
     bool disperses = material.dispersion != 0.0;
-    for (int i = 0; i < count_; ++i) disperses |= stack_[i]->dispersion != 0.0;
+    for (int i = 0; i < count_; ++i) disperses |= stack_[i].material->dispersion != 0.0;
     return disperses;
   }
   // From here on there is one wavelength; see optics/spectrum.h.
@@ -65,11 +67,12 @@ class Media {
     }
     const int left = innermost(&material);
     const Material* outside = before;
-    if (left >= 0 && left == count_ - 1) outside = left > 0 ? stack_[left - 1] : nullptr;
+    if (left >= 0 && left == count_ - 1 && stack_[left].times == 1) outside = left > 0 ? stack_[left - 1].material : nullptr;
     bool hidden = left >= 0 ? outside == before : before && before->priority > material.priority;
     return {(outside ? ior(*outside) : 1.0) / ior(material), outside, false, !hidden};
   }
-  // Goes through the surface of a material.
+  // Goes through the surface of a material. Throws SampleError where more than kMost are entered one in the other, of which
+  // no two that follow each other are the same.
   void cross(const Material& material, bool entering) {
     if (!refracts(material)) return;
     if (entering)
@@ -87,29 +90,43 @@ class Media {
   }
 
  private:
+  struct Entered {
+    const Material* material;
+    uint32_t times;  // one after the other
+  };
+
   void enter(const Material* material) {
-    if (count_ == kMost) return;
-    int i = count_++;
-    for (; i > 0 && stack_[i - 1]->priority > material->priority; --i) stack_[i] = stack_[i - 1];
-    stack_[i] = material;
+    int i = count_;
+    while (i > 0 && stack_[i - 1].material->priority > material->priority) --i;
+    if (i > 0 && stack_[i - 1].material == material) {
+      ++stack_[i - 1].times;
+      return;
+    }
+    if (count_ == kMost) refuse();
+    std::copy_backward(stack_ + i, stack_ + count_, stack_ + count_ + 1);
+    stack_[i] = {material, 1};
+    ++count_;
   }
   // The place of the innermost medium of this material; -1 where there is none.
   int innermost(const Material* material) const {
     int i = count_ - 1;
-    while (i >= 0 && stack_[i] != material) --i;
+    while (i >= 0 && stack_[i].material != material) --i;
     return i;
   }
   void leave(const Material* material) {
-    int i = innermost(material);
-    if (i < 0) return;
-    for (; i + 1 < count_; ++i) stack_[i] = stack_[i + 1];
-    --count_;
+    const int i = innermost(material);
+    if (i < 0 || --stack_[i].times > 0) return;
+    int next = i + 1;
+    if (i > 0 && next < count_ && stack_[i - 1].material == stack_[next].material) stack_[i - 1].times += stack_[next++].times;
+    std::copy(stack_ + next, stack_ + count_, stack_ + i);
+    count_ -= next - i;
   }
+  [[noreturn]] static void refuse();
 
-  const Material* stack_[kMost];  // by priority; of one priority, in the order of entering
   int count_ = 0;
   bool split_ = false;
   double shift_ = 0.0;  // of the wavelength, from that for which indices are told
+  Entered stack_[kMost];  // by priority; of one priority, in the order of entering
 };
 
 // Stands for Media where there are none.

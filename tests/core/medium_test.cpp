@@ -69,6 +69,40 @@ TEST(Media, OfEqualPriorityCountTheInnermost) {
   }
 }
 
+// One material takes one place however often it is entered in a row, and yet counts as if each time were kept.
+TEST(Media, AreAsAListOfAllThatWereEntered) {
+  const Material materials[] = {{.ior = 1.1, .refracts = true}, {.ior = 1.2, .refracts = true},
+                                {.ior = 1.3, .priority = 1, .refracts = true}, {.ior = 1.4, .priority = -1, .refracts = true}};
+  Random random(3);
+  for (int tries = 0; tries < 2000; ++tries) {
+    Media media;
+    std::vector<const Material*> list;
+    for (int step = 0; step < 60; ++step) {
+      const Material& material = materials[random() % 4];
+      const bool entering = list.size() < 16 && random() % 2;
+      const Material* before = list.empty() ? nullptr : list.back();
+      auto after = list;
+      if (entering) {
+        auto at = std::find_if(after.begin(), after.end(), [&](auto* m) { return m->priority > material.priority; });
+        after.insert(at, &material);
+      } else if (auto last = std::find(after.rbegin(), after.rend(), &material); last != after.rend()) {
+        after.erase(std::next(last).base());
+      } else {
+        continue;
+      }
+      const Material* behind = after.empty() ? nullptr : after.back();
+      const Boundary boundary = media.at(material, entering);
+      ASSERT_EQ(boundary.real, before != behind);
+      if (boundary.real) {
+        ASSERT_EQ(boundary.eta, (behind ? behind->ior : 1.0) / (before ? before->ior : 1.0));
+      }
+      media.cross(material, entering);
+      list = std::move(after);
+      ASSERT_EQ(media.current(), behind);
+    }
+  }
+}
+
 // A lamp and a diffuse ball in a medium, with a medium between them that does not count there: its surfaces must not
 // stop shadow rays, as they do not stop paths.
 TEST(Media, HiddenSurfacesDoNotStopShadowRays) {
