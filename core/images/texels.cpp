@@ -88,13 +88,13 @@ class InTextureSystem : public Texels {
   InTextureSystem& operator=(const InTextureSystem&) = delete;
 
   Rgb at(const Vec2& st, Wrap wrap, TexelFilter filter) const override {
+    if (filter == TexelFilter::Closest) return closest(st, wrap);
     OIIO::TextureOpt options;
     options.swrap = options.twrap = wrap == Wrap::Repeat   ? OIIO::TextureOpt::WrapPeriodic
                                     : wrap == Wrap::Mirror ? OIIO::TextureOpt::WrapMirror
                                                            : OIIO::TextureOpt::WrapClamp;
     options.mipmode = OIIO::TextureOpt::MipModeNoMIP;
-    options.interpmode =
-        filter == TexelFilter::Bilinear ? OIIO::TextureOpt::InterpBilinear : OIIO::TextureOpt::InterpClosest;
+    options.interpmode = OIIO::TextureOpt::InterpBilinear;
     float found[3] = {0.0f, 0.0f, 0.0f};
     OIIO::TextureSystem& system = texture_system();
     system.texture(handle_, system.get_perthread_info(), options, static_cast<float>(st.x), static_cast<float>(1.0 - st.y),
@@ -104,6 +104,18 @@ class InTextureSystem : public Texels {
   }
 
  private:
+  // An edge between two belongs to the one that is to the right, or above. The TextureSystem takes the other, and so the
+  // last one for the first.
+  Rgb closest(const Vec2& st, Wrap wrap) const {
+    auto texel = [wrap](double x, int64_t size) -> int64_t {
+      int64_t i = static_cast<int64_t>(x * size);
+      if (wrap == Wrap::Mirror) i = std::min(i, 2 * size - 1 - i);
+      return std::clamp<int64_t>(i, 0, size - 1);  // x just below 1 may have become 1
+    };
+    const int64_t column = texel(st.x, pixels_.width), row = pixels_.height - 1 - texel(st.y, pixels_.height);
+    const float* found = &pixels_.values[(row * pixels_.width + column) * pixels_.channels];
+    return pixels_.channels == 1 ? Rgb(found[0]) : Rgb(found[0], found[1], found[2]);
+  }
   static OIIO::ustring next_name() {  // never the same twice: nothing that the cache still holds is taken for another's
     static std::atomic<uint64_t> count{0};
     return OIIO::ustring("tilecast:" + std::to_string(count++));

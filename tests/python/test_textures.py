@@ -89,6 +89,19 @@ def test_an_image_is_interpolated_between_the_centres_of_its_pixels(folder):
     assert albedo(folder, mirrored, eye=(0.8, 5, 0), target=(0.8, 0, 0)) == pytest.approx([0.0] * 3)
 
 
+@pytest.mark.parametrize("wrap, column", [("repeat", lambda i: i % 4), ("clamp", lambda i: min(max(i, 0), 3)),
+                                          ("mirror", lambda i: min(i % 8, 7 - i % 8))])
+def test_the_closest_pixel_is_the_one_that_the_place_lies_in(folder, wrap, column):
+    corners = {"vertices": [[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]], "faces": [[0, 1, 2], [0, 2, 3]]}
+    for u in (0, 0.25, 0.5, 0.6, 1, 1.25, 2, -0.25, -1, -1.1, 1 - 2**-24, -1e-30, 1e6):
+        mesh = {"type": "mesh", **corners, "uvs": [[u, 0.5]] * 4}
+        expected = column(math.floor(4 * float(np.float32(u)))) / 3
+        assert albedo(folder, image("ramp.exr", wrap=wrap, filter="closest"), mesh) == pytest.approx([expected] * 3), u
+    for u, v, expected in [(0, 0, [0, 0, 1]), (0, 0.5, [1, 0, 0]), (0.5, 0.49, WHITE), (0.9, 0.9, [0, 1, 0])]:
+        mesh = {"type": "mesh", **corners, "uvs": [[u, v]] * 4}
+        assert albedo(folder, image("quadrants.png", wrap=wrap, filter="closest"), mesh).tolist() == expected, (u, v)
+
+
 def test_png_is_srgb_and_exr_linear_unless_told(folder):
     grey = np.full((1, 1, 3), 128, np.uint8)
     _images.write(str(folder / "grey.png"), grey, ["R", "G", "B"])
