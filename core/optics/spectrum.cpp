@@ -52,6 +52,11 @@ double cauchy_coefficient(double ior, double abbe) {
   return (ior - 1.0) / (abbe * (inverse_square(kF) - inverse_square(kC)));
 }
 
+double least_ior(double ior, double abbe) {
+  const double end = ior < 1.0 ? kFirst : kLast;
+  return ior + cauchy_coefficient(ior, abbe) * (inverse_square(end) - inverse_square(kD));
+}
+
 Wavelength sample_wavelength(double u) {
   static const Spectrum spectrum;
   const auto& up_to = spectrum.up_to;

@@ -11,6 +11,9 @@ namespace tilecast {
 // (n_F - n_C), of the blue and the red line of hydrogen.
 double cauchy_coefficient(double ior, double abbe);
 
+// The least index of refraction of all visible wavelengths.
+double least_ior(double ior, double abbe);
+
 struct Wavelength {
   double shift;  // 1 / w^2 - 1 / d^2: what the coefficient above is multiplied by
   Rgb weight;    // its part in light that is 1, 1, 1 at all wavelengths together, over the density that it was drawn with

@@ -99,3 +99,19 @@ def test_a_rough_surface_does_not_split():
     document["scene"][0]["material"]["roughness"] = 0.2
     with pytest.raises(SceneError, match="is for polished surfaces alone, got a roughness of 0.2"):
         tilecast.load(document)
+
+
+@pytest.mark.parametrize("ior, abbe, least", [(0.5, 1, -0.378), (0.9, 1, None), (0.5, 2, None), (1e-3, 1e3, -0.0007)])
+def test_no_wavelength_has_an_index_below_zero(ior, abbe, least):
+    document = prism(0.0)
+    document["scene"][0]["material"] |= {"ior": ior, "abbe": abbe}
+    shift = 1 / 0.4**2 - 1 / 0.58756**2
+    index_of_violet = ior + (ior - 1) / (abbe * (1 / 0.48613**2 - 1 / 0.65627**2)) * shift
+    if least is None:
+        assert index_of_violet > 1e-3
+        tilecast.load(document)
+    else:
+        assert index_of_violet == pytest.approx(least, abs=1e-3)
+        with pytest.raises(SceneError, match="abbe: must be greater for an ior of .* at least 0.001") as error:
+            tilecast.load(document)
+        assert error.value.path == "scene[0].material.abbe"
