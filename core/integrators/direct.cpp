@@ -96,16 +96,14 @@ DirectLight sample_direct(const Scene& scene, const Surface& surface, const Ligh
   return out;
 }
 
-double area_light_pdf(const Lights& lights, int area, const LitPlace& place, double distance, double cosine) {
-  const AreaLight& light = lights.areas[area];
-  const double probability = lights.probability(lights.first_area() + area, place);
+double area_light_pdf(const AreaLight& light, double probability, const Vec3& from, double distance, double cosine) {
   if (light.shape == AreaLight::Shape::Ball)
-    return usable(probability * cone_of(light.pieces[0].origin - place.point, light.radius()).pdf());
+    return usable(probability * cone_of(light.pieces[0].origin - from, light.radius()).pdf());
   return usable(probability * distance * distance / (cosine * light.area()));
 }
 
-double environment_pdf(const Lights& lights, const LitPlace& place, const Vec3& direction) {
-  return usable(lights.probability(lights.environment_number(), place) * lights.environment->pdf(direction));
+double environment_pdf(const Lights& lights, double probability, const Vec3& direction) {
+  return usable(probability * lights.environment->pdf(direction));
 }
 
 }  // namespace tilecast

@@ -18,10 +18,10 @@ struct DirectLight {
 // A sample of the chosen light, over the probability of the choice.
 DirectLight sample_direct(const Scene& scene, const Surface& surface, const LightChoice& choice, Sampler& sampler);
 
-// The densities per solid angle with which `place` finds, by choose() and sample_direct(), a point of area light `area` a
-// `distance` away, seen under `cosine`; and the environment in a direction. 0: not at all.
-double area_light_pdf(const Lights& lights, int area, const LitPlace& place, double distance, double cosine);
-double environment_pdf(const Lights& lights, const LitPlace& place, const Vec3& direction);
+// The densities per solid angle with which sample_direct() finds, from a place where the light is chosen with this
+// probability, a point of it a `distance` away, seen under `cosine`; and the environment in a direction. 0: not at all.
+double area_light_pdf(const AreaLight& light, double probability, const Vec3& from, double distance, double cosine);
+double environment_pdf(const Lights& lights, double probability, const Vec3& direction);
 
 // Of two strategies with these densities, the weight of the first (Veach's power heuristic). 0 stands for a strategy that
 // cannot; a is greater than 0.

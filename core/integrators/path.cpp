@@ -42,6 +42,7 @@ Rgb trace(const Scene& scene, Ray ray, MediaOf<kPassable> media, Sampler& sample
   double scale = 1.0;        // of radiance by refraction, which roulette must not mistake for absorption
   double bsdf_pdf = 0.0;     // of the direction that led here; 0: no light could have been sampled instead
   LitPlace from;             // where it was taken
+  auto chosen = [&](size_t light) { return scene.lights.probability(light, from); };
   ++tracing.counts.camera;
   for (int depth = 1;; ++depth) {
     Hit hit;
@@ -52,7 +53,9 @@ Rgb trace(const Scene& scene, Ray ray, MediaOf<kPassable> media, Sampler& sample
       if (!hit.found()) {
         const bool sampled = built_with("environment") && sample_lights && bsdf_pdf > 0.0 && scene.lights.environment;
         const double weight =
-            sampled ? power_heuristic(bsdf_pdf, environment_pdf(scene.lights, from, ray.direction)) : 1.0;
+            sampled ? power_heuristic(bsdf_pdf, environment_pdf(scene.lights, chosen(scene.lights.environment_number()),
+                                                                ray.direction))
+                    : 1.0;
         return sum + throughput * media.transmittance(kInfinity) * background(scene, ray.direction) * weight;
       }
       surface = resolve(scene, ray, hit);
@@ -79,13 +82,15 @@ Rgb trace(const Scene& scene, Ray ray, MediaOf<kPassable> media, Sampler& sample
     Vec3 wo_world = -ray.direction;
     double distance = hit.t;
 
-    const bool apart = seen == Seen::Apart && depth == 1 && ray.t_min == 0.0;
+    const bool apart =
+        seen == Seen::Apart && depth == 1 && ray.t_min == 0.0 && !(kPassable && passable(material));
     if (built_with("emission") && hit.entering && material.emits() && !apart) {
       double weight = 1.0;
       int area = built_with("area_lights") && sample_lights && bsdf_pdf > 0.0 ? scene.lights.find(hit.primitive) : -1;
       if (area >= 0) {
         double cosine = std::max(1e-300, glm::dot(wo_world, surface.normal));
-        weight = power_heuristic(bsdf_pdf, area_light_pdf(scene.lights, area, from, distance, cosine));
+        weight = power_heuristic(bsdf_pdf, area_light_pdf(scene.lights.areas[area], chosen(scene.lights.first_area() + area), from.point,
+                                                        distance, cosine));
       }
       sum += throughput * emission_at(scene, surface) * weight;
     }

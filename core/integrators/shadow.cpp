@@ -11,12 +11,15 @@ namespace {
 
 // Goes on behind what the ray hits, whose surface resolved() gives; false where it ends, at the light or at what lets nothing pass.
 template <class Resolve>
-bool pass(const Scene& scene, ShadowRay<true>& shadow, const Hit& hit, Glass glass, Resolve&& resolved) {
+bool pass(const Scene& scene, ShadowRay<true>& shadow, const Hit& hit, Resolve&& resolved) {
   Ray& ray = shadow.ray;
   Rgb& left = shadow.left;
   const double length = glm::length(ray.direction);
   left *= shadow.media.transmittance(length * (std::min(hit.t, ray.t_max) - ray.t_min));
-  if (!hit.found()) return false;
+  if (!hit.found()) {
+    if (shadow.end && !shadow.media.at(*shadow.end, true).real) left = Rgb(0.0);
+    return false;
+  }
   Surface surface = resolved(ray, hit);
   const Material& material = *surface.material;
   if (!passable(material)) {
@@ -26,13 +29,13 @@ bool pass(const Scene& scene, ShadowRay<true>& shadow, const Hit& hit, Glass gla
   Boundary boundary = shadow.media.at(material, hit.entering);
   if (boundary.real) {
     const double opacity = opacity_at(scene, surface);
-    double eta = boundary.eta, through = (1.0 - opacity) / (eta * eta);
-    if (glass == Glass::Passes && material.kind == MaterialKind::Dielectric) {
+    const double eta = boundary.eta;
+    if (shadow.glass == Glass::Passes && material.kind == MaterialKind::Dielectric) {
       // Unbent, the ray has one angle on both sides: that of the thinner medium, so that no reflection is total.
       double cosine = std::min(1.0, std::fabs(glm::dot(surface.normal, ray.direction)) / length);
-      left *= through + opacity * (1.0 - fresnel_dielectric(cosine, std::max(eta, 1.0 / eta)).reflectance);
+      left *= (1.0 - opacity) + opacity * (1.0 - fresnel_dielectric(cosine, std::max(eta, 1.0 / eta)).reflectance);
     } else {
-      left *= through;
+      left *= (1.0 - opacity) / (eta * eta);
     }
   }
   shadow.media.cross(material, hit.entering);
@@ -41,11 +44,10 @@ bool pass(const Scene& scene, ShadowRay<true>& shadow, const Hit& hit, Glass gla
 }
 
 // Through all surfaces that let light pass.
-Rgb shadow_transmittance(const Scene& scene, const Ray& ray, const Media& media, Glass glass, Tracing& tracing) {
-  ShadowRay<true> shadow{ray, media};
+Rgb shadow_transmittance(const Scene& scene, ShadowRay<true> shadow, Tracing& tracing) {
   TILECAST_COUNT(shadow);
   do ++tracing.counts.shadow;
-  while (pass(scene, shadow, closest(scene, shadow.ray), glass,
+  while (pass(scene, shadow, closest(scene, shadow.ray),
               [&](const Ray& at, const Hit& hit) { return resolve(scene, at, hit); }));
   return shadow.left;
 }
@@ -56,11 +58,11 @@ Rgb unshadowed(const Scene& scene, const Ray& ray, const Media& media, Glass gla
   // Inside of a medium there may be surfaces of others that do not count there.
   const bool glass_in_the_way = glass == Glass::Passes ? scene.dielectrics : media.current() != nullptr;
   if ((built_with("opacity") && scene.see_through) || (built_with("dielectric") && glass_in_the_way))
-    return shadow_transmittance(scene, ray, media, glass, tracing);
+    return shadow_transmittance(scene, {ray, media, glass, refracting(scene, light)}, tracing);
   return unshadowed(scene, ray, NoMedia{}, glass, light, tracing);
 }
 
-void unshadowed(const Scene& scene, std::span<ShadowRay<true>> shadows, Glass glass, Ways& ways, Tracing& tracing) {
+void unshadowed(const Scene& scene, std::span<ShadowRay<true>> shadows, Ways& ways, Tracing& tracing) {
   auto resolved = [&](const Ray& ray, const Hit& hit) { return ways.resolve(ways.to(hit.primitive), ray, hit); };
   std::vector<uint32_t> going(shadows.size());
   std::iota(going.begin(), going.end(), 0u);
@@ -73,11 +75,11 @@ void unshadowed(const Scene& scene, std::span<ShadowRay<true>> shadows, Glass gl
     hits.resize(rays.size());
     closest(scene, rays, hits.data());
     size_t at = 0;
-    std::erase_if(going, [&](uint32_t i) { return !pass(scene, shadows[i], hits[at++], glass, resolved); });
+    std::erase_if(going, [&](uint32_t i) { return !pass(scene, shadows[i], hits[at++], resolved); });
   }
 }
 
-void unshadowed(const Scene& scene, std::span<ShadowRay<false>> shadows, Glass, Ways&, Tracing& tracing) {
+void unshadowed(const Scene& scene, std::span<ShadowRay<false>> shadows, Ways&, Tracing& tracing) {
   tracing.counts.shadow += shadows.size();
   std::vector<Ray> rays;
   for (const ShadowRay<false>& shadow : shadows) rays.push_back(shadow.ray);

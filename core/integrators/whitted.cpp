@@ -19,8 +19,8 @@ Rgb trace(const Scene& scene, const Ray& camera_ray, const MediaOf<kPassable>& c
         scene, branch, closest(scene, branch.ray), sampler, sum, tracing,
         [&](const Hit& hit) { return resolve(scene, branch.ray, hit); },
         [&](const Branch<kPassable>& next) -> Branch<kPassable>& { return pending.emplace_back(next); },
-        [&](const Rgb& weight, const Ray& ray, const MediaOf<kPassable>& media, size_t light) {
-          sum += weight * unshadowed(scene, ray, media, Glass::Passes, light, tracing);
+        [&](const Rgb& weight, const Ray& ray, const MediaOf<kPassable>& media, size_t light, Glass glass) {
+          sum += weight * unshadowed(scene, ray, media, glass, light, tracing);
         });
   }
   return sum;

@@ -109,7 +109,7 @@ class Together {
       shade_alike(std::span(order_).subspan(begin, end - begin));
       begin = end;
     }
-    unshadowed(scene_, std::span<ShadowRay<kPassable>>(shadows_), Glass::Passes, ways_, tracing_);
+    unshadowed(scene_, std::span<ShadowRay<kPassable>>(shadows_), ways_, tracing_);
     for (size_t i = 0; i < lit_.size(); ++i) cameras_[lit_[i].camera].value += lit_[i].weight * shadows_[i].left;
     std::erase_if(live_, [](const Live& live) { return live.top == kNone; });
   }
@@ -133,8 +133,7 @@ class Together {
       const Hit& hit = hits_[i];
       const Branch<kPassable>& branch = kept_[live_[i].top].branch;
       if (!hit.found()) {
-        cameras_[live_[i].camera].value +=
-            branch.weight * branch.media.transmittance(kInfinity) * background(scene_, branch.ray.direction);
+        cameras_[live_[i].camera].value += seen_beyond(scene_, branch);
         pop(live_[i]);
       } else if (branch.depth == scene_.max_depth && ends_unseen(branch, *ways_.to(hit.primitive).material, hit)) {
         pop(live_[i]);
@@ -163,9 +162,12 @@ class Together {
         scene_, branch, hits_[i], camera.sampler, camera.value, tracing_,
         [&](const Hit& hit) { return ways_.resolve(way, branch.ray, hit); },
         [&](const Branch<kPassable>& next) -> Branch<kPassable>& { return push(live.top, next, place_of(hits_[i], false)); },
-        [&](const Rgb& weight, const Ray& ray, const MediaOf<kPassable>& media, size_t) {
+        [&](const Rgb& weight, const Ray& ray, const MediaOf<kPassable>& media, size_t light, Glass glass) {
           lit_.push_back({live.camera, weight});
-          shadows_.push_back({ray, media});
+          if constexpr (kPassable)
+            shadows_.push_back({ray, media, glass, refracting(scene_, light)});
+          else
+            shadows_.push_back({ray});
         });
   }
 
@@ -183,7 +185,7 @@ class Together {
 
   struct Lanes {
     Vec3Lanes origin, direction, weight;
-    Double8 t;
+    Double8 t, scale;
     SurfaceLanes surface;
   };
   void gather(std::span<const uint32_t> alike, const Ways::Way& way, Lanes& out) {
@@ -193,6 +195,7 @@ class Together {
       const Branch<kPassable>& branch = kept_[live_[i].top].branch;
       out.origin.set(lane, branch.ray.origin), out.direction.set(lane, branch.ray.direction);
       out.weight.set(lane, branch.weight * branch.media.transmittance(hits_[i].t - branch.ray.t_min)), out.t.set(lane, hits_[i].t);
+      out.scale.set(lane, branch.scale);
     }
     out.surface = resolve(scene_, way, out.origin, out.direction, out.t, hits_[alike[0]].entering);
   }
@@ -227,7 +230,11 @@ class Together {
           const int lane = std::countr_zero(left);
           const Live& live = live_[alike[lane]];
           lit_.push_back({live.camera, weight[lane]});
-          shadows_.push_back({{start[lane], to_light[lane], 0.0, 1.0}, kept_[live.top].branch.media});
+          const Ray shadow{start[lane], to_light[lane], 0.0, 1.0};
+          if constexpr (kPassable)
+            shadows_.push_back({shadow, kept_[live.top].branch.media});
+          else
+            shadows_.push_back({shadow});
         }
       }
     }
@@ -261,13 +268,14 @@ class Together {
     const FresnelLanes fresnel = fresnel_dielectric(wo.z, eta);
     const Double8 transmitted = (Double8(1.0) - fresnel.reflectance) / (eta * eta);
     const Vec3Lanes weights[2] = {lanes.weight * fresnel.reflectance, lanes.weight * (Vec3Lanes(material.tint) * transmitted)};
+    const Double8 scales[2] = {lanes.scale, lanes.scale * (eta * eta)};
     const Vec3Lanes wi[2] = {{-wo.x, -wo.y, wo.z}, {-wo.x / eta, -wo.y / eta, -fresnel.cos_transmitted}};
     Vec3Lanes starts[2], directions[2];
     uint32_t goes_on[2];
     for (int side = 0; side < 2; ++side) {
       directions[side] = normalize(basis.to_world(wi[side]));
       starts[side] = surface.spawn(directions[side]);
-      goes_on[side] = ~bits(max_component(weights[side]) < kFaintest);
+      goes_on[side] = ~bits(max_component(weights[side]) * scales[side] < kFaintest);
     }
     goes_on[1] &= ~fresnel.total;
     for (size_t k = 0; k < alike.size(); ++k) {
@@ -285,6 +293,8 @@ class Together {
         next.ray = {starts[side][lane], directions[side][lane]};
         next.weight = weights[side][lane];
         next.depth = depth;
+        next.scale = scales[side][lane];
+        next.pdf = 0.0;
         if (side == 1) next.media.cross(material, entering);
         ++tracing_.counts.bounce;
       };

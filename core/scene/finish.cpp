@@ -166,6 +166,7 @@ void SceneBuilder::collect_lights(uint32_t handle, const Affine& to_world, int m
   const Material* shining = material != kInherit ? &scene_.materials[material] : nullptr;
   if (shining && (shining->emission_texture >= 0 || shining->opacity_texture >= 0)) return;  // met by chance
   if (shining) light.radiance = shining->emission * shining->opacity;
+  if (shining && shining->refracts) light.refracting = material;
   light.first_primitive = base;
   light.primitives = object.primitives;
   double mirrored = glm::determinant(to_world.linear) < 0.0 ? -1.0 : 1.0;

@@ -53,6 +53,7 @@ struct AreaLight {
   Shape shape = Shape::Parallelogram;  // of all pieces
   double flip = 1.0;               // -1 where cross(edge1, edge2) points to the back
   Rgb radiance;
+  int refracting = -1;             // number of its material, where light goes through that
   uint64_t first_primitive = 0, primitives = 0;
 
   double area() const { return cumulative.back(); }

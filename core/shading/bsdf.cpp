@@ -51,6 +51,13 @@ Rgb Bsdf::evaluate_any(const Vec3& wo, const Vec3& wi, double& pdf) const {
   return evaluate_lobes(seen_from(basis, wo), local, pdf);
 }
 
+SplitBsdf Bsdf::split_any(const Vec3& wo, const Vec3& wi) const {
+  if (!mapped()) return split_lobes(wo, wi);
+  const Basis basis = tilted(wo);
+  const Vec3 local = basis.to_local(wi);
+  return local.z * wi.z > 0.0 ? split_lobes(seen_from(basis, wo), local) : SplitBsdf{};
+}
+
 bool Bsdf::sample_any(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
   if (!mapped()) return sample_lobes(wo, sampler, out);
   const Basis basis = tilted(wo);
@@ -165,6 +172,28 @@ Rgb Bsdf::evaluate_lobes(const Vec3& wo, const Vec3& wi, double& pdf) const {
   }
 }
 
+SplitBsdf Bsdf::split_lobes(const Vec3& wo, const Vec3& wi) const {
+  SplitBsdf out;
+  if (kind() == MaterialKind::Blend) {
+    for (int i = 0; i < Material::kMostParts; ++i) {
+      const double share = material_.shares[i];
+      if (!(share > 0.0)) continue;
+      const SplitBsdf found = part(i).split(wo, wi);
+      out.glossy += share * found.glossy;
+      out.pdf += share * found.pdf;
+      out.other += share * found.other;
+    }
+    return out;
+  }
+  double pdf;
+  const Rgb f = evaluate_lobes(wo, wi, pdf);
+  if (kind() == MaterialKind::Conductor || kind() == MaterialKind::Dielectric)
+    out.glossy = f, out.pdf = pdf;
+  else
+    out.other = f;
+  return out;
+}
+
 bool Bsdf::sample_lobes(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
   switch (kind()) {
     case MaterialKind::Diffuse:
@@ -235,7 +264,10 @@ bool Bsdf::sample_glossy_lobes(const Vec3& wo, Sampler& sampler, BsdfSample& out
   switch (kind()) {
     case MaterialKind::Conductor:
     case MaterialKind::Dielectric: return !specular_ && sample(wo, sampler, out);
-    case MaterialKind::Blend: return part(choose_part(sampler)).sample_glossy(wo, sampler, out);
+    case MaterialKind::Blend:
+      if (!part(choose_part(sampler)).sample_glossy(wo, sampler, out)) return false;
+      out.pdf = split_lobes(wo, out.wi).pdf;
+      return true;
     default: return false;
   }
 }

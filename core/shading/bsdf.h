@@ -25,6 +25,13 @@ struct Beam {
 };
 inline constexpr int kMostBeams = 2 * Material::kMostParts;
 
+// f |cos| of a pair of directions without the single ones, in two parts.
+struct SplitBsdf {
+  Rgb glossy{0.0};   // what sample_glossy() takes
+  double pdf = 0.0;  // its density
+  Rgb other{0.0};
+};
+
 class Bsdf {
  public:
   Bsdf(const Scene& scene, const Surface& surface, const Boundary& boundary)
@@ -41,6 +48,12 @@ class Bsdf {
     return reflectance_ * pdf;
   }
 
+  // The same in two parts.
+  SplitBsdf split(const Vec3& wo, const Vec3& wi) const {
+    if (!lambert_) return split_any(wo, wi);
+    return {Rgb(0.0), 0.0, reflectance_ * (std::max(0.0, wi.z) * kInvPi)};
+  }
+
   // False where nothing is scattered. wo.z > 0.
   bool sample(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
     if (!lambert_) return sample_any(wo, sampler, out);
@@ -53,7 +66,8 @@ class Bsdf {
   // The single directions; how many there are.
   int beams(const Vec3& wo, Beam out[kMostBeams]) const { return lambert_ ? 0 : beams_any(wo, out); }
 
-  // Of what is scattered about such directions, as by a rough metal or rough glass; false where there is nothing.
+  // Of what is scattered about such directions, as by a rough metal or rough glass; false where there is nothing. The
+  // density is that of all such parts together, of which one is taken.
   bool sample_glossy(const Vec3& wo, Sampler& sampler, BsdfSample& out) const {
     return !lambert_ && sample_glossy_any(wo, sampler, out);
   }
@@ -83,11 +97,13 @@ class Bsdf {
   bool mapped() const { return built_with("normal_map") && mapped_; }
   void look_up();
   Rgb evaluate_any(const Vec3& wo, const Vec3& wi, double& pdf) const;
+  SplitBsdf split_any(const Vec3& wo, const Vec3& wi) const;
   bool sample_any(const Vec3& wo, Sampler& sampler, BsdfSample& out) const;
   bool sample_glossy_any(const Vec3& wo, Sampler& sampler, BsdfSample& out) const;
   int beams_any(const Vec3& wo, Beam out[kMostBeams]) const;
   // About the normal that the lobes stand about.
   Rgb evaluate_lobes(const Vec3& wo, const Vec3& wi, double& pdf) const;
+  SplitBsdf split_lobes(const Vec3& wo, const Vec3& wi) const;
   bool sample_lobes(const Vec3& wo, Sampler& sampler, BsdfSample& out) const;
   bool sample_glossy_lobes(const Vec3& wo, Sampler& sampler, BsdfSample& out) const;
   int beams_of_lobes(const Vec3& wo, Beam out[kMostBeams]) const;

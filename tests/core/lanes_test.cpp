@@ -122,7 +122,7 @@ TEST(Lanes, SureCrossingsAreTheSame) {
 
 // Parts of all that has lanes, and some that has none, in groups that are moved or turned.
 std::shared_ptr<const Scene> parts(Random& random, const std::vector<Material>& materials, SceneBuilder::Options options,
-                                   const std::vector<PointLight>& lights, bool sun = false) {
+                                   const std::vector<PointLight>& lights, bool sun = false, bool sky = false) {
   SceneBuilder builder;
   std::vector<int> numbers;
   const int checker = builder.add_texture(Checker{Rgb(0.9), Rgb(0.2), 0.13});
@@ -148,6 +148,7 @@ std::shared_ptr<const Scene> parts(Random& random, const std::vector<Material>& 
   for (const PointLight& light : lights) builder.add_point_light(light);
   if (sun) builder.add_directional_light({glm::normalize(Vec3(-1, -2, -0.5)), Rgb(0.4)});
   builder.set_background({0.2, 0.3, 0.4});
+  if (sky) builder.set_environment(Environment({Vec3f(0.2f), Vec3f(0.5f), Vec3f(0.1f), Vec3f(0.4f)}, 2, 2, 30.0));
   builder.set_camera(Camera(Vec3(5.0, 4.0, 7.0), Vec3(0.0), Vec3(0, 1, 0), 45.0, 64, 48));
   return scene_of(builder, outer, "auto", options);
 }
@@ -195,7 +196,7 @@ TEST(Lanes, SurfacesAreTheSame) {
 
 // A chunk of a tile, whose rays go together, against pixels that are asked for alone.
 TEST(Lanes, WhittedsImagesAreTheSame) {
-  Material diffuse, checkered, glass, water, mirror, plastic, half, lamp, rough, tinted;
+  Material diffuse, checkered, glass, water, mirror, plastic, half, lamp, rough, tinted, metal, frosted, glow;
   checkered.texture = 0;
   glass.kind = water.kind = tinted.kind = MaterialKind::Dielectric;
   glass.absorption = Rgb(0.1, 0.3, 0.0);
@@ -206,8 +207,13 @@ TEST(Lanes, WhittedsImagesAreTheSame) {
   half.opacity = 0.4;
   lamp.emission = Rgb(0.3, 0.2, 0.1);
   rough.roughness = 0.5;
+  metal.kind = MaterialKind::Conductor, metal.roughness = 0.3;
+  frosted.kind = glow.kind = MaterialKind::Dielectric;
+  frosted.roughness = 0.3, frosted.opacity = 0.7;
+  glow.emission = Rgb(0.1, 0.3, 0.2), glow.absorption = Rgb(0.5);
   const std::vector<Material> sets[] = {{diffuse}, {diffuse, checkered, rough, mirror, plastic}, {glass, checkered},
-                                        {glass, water, tinted, diffuse}, {half, diffuse, mirror}, {lamp, glass, half, checkered}};
+                                        {glass, water, tinted, diffuse}, {half, diffuse, mirror}, {lamp, glass, half, checkered},
+                                        {metal, diffuse, lamp}, {metal, frosted, glow, glass}};
   const PointLight one{Vec3(6.0, 9.0, 4.0), Rgb(400.0)}, two{Vec3(-3.0, 5.0, 8.0), Rgb(100.0, 50.0, 150.0)};
   Random random(6);
   for (int i = 0; i < 24; ++i) {
@@ -216,7 +222,8 @@ TEST(Lanes, WhittedsImagesAreTheSame) {
     options.max_depth = 1 + i % 7;
     std::vector<PointLight> lights{one};
     if (i % 2) lights.push_back(two);
-    auto scene = parts(random, sets[i % std::size(sets)], options, i % 5 == 4 ? std::vector<PointLight>{} : lights, i % 3 == 0);
+    auto scene = parts(random, sets[i % std::size(sets)], options, i % 5 == 4 ? std::vector<PointLight>{} : lights, i % 3 == 0,
+                       i % 16 > 13);
     const Tile tile{3, 5, 37, 26};
     const ChunkSums whole = render_chunk(*scene, tile, 2, 3);
     const size_t plane = size_t(tile.width) * tile.height * 3;

@@ -199,3 +199,33 @@ def test_a_camera_without_a_type_is_a_pinhole():
     assert np.array_equal(a, b)
     with pytest.raises(SceneError, match="camera.fow: is not a key that is known here; did you mean fov"):
         tilecast.load(minimal(camera={**plain, "fow": 3}))
+
+
+# --- Emitters that light goes through
+
+@pytest.mark.parametrize("integrator", ["path", "direct"])
+@pytest.mark.parametrize("material, share", [
+    ({"type": "diffuse", "reflectance": [0, 0, 0], "opacity": 0.5}, 0.5), ({"type": "dielectric"}, 1),
+    ({"type": "blend", "of": [{"type": "diffuse", "reflectance": [0, 0, 0]}, {"type": "dielectric"}]}, 1)])
+def test_a_small_lamp_that_light_goes_through_shows(integrator, material, share):
+    lamp = {"object": {"type": "rectangle", "size": [0.2, 0.2]}, "material": {**material, "emission": [1, 1, 1]},
+            "transform": [{"rotate": [90, 0, 0]}]}
+    document = minimal(scene=[lamp], camera={"position": [0, 0, 5], "target": [0, 0, 0], "fov": 40},
+                       image={"width": 32, "height": 32}, render={"integrator": integrator})
+    found = tilecast.render(tilecast.load(document), samples=1024)
+    expected = share * (0.2 * 32 / (10 * np.tan(np.radians(20)))) ** 2
+    assert abs(found.pixels[..., 0].sum() - expected) < 4.5 * np.sqrt(found.variance[..., 0].sum()) + 1e-3 * expected
+
+
+@pytest.mark.parametrize("integrator", ["path", "direct", "whitted"])
+@pytest.mark.parametrize("around, hidden", [(None, False), ({"priority": -1}, False), ({"priority": 1}, True)])
+def test_a_surface_shines_where_its_medium_counts(integrator, around, hidden):
+    glass = {"type": "dielectric", "ior": 1}
+    scene = [{"object": {"type": "disk", "radius": 2}, "material": FLOOR["material"]},
+             {"object": {"type": "sphere", "radius": 0.5}, "material": {**glass, "emission": [1, 1, 1]},
+              "transform": [{"translate": [0, 1.5, 0]}]}]
+    if around:
+        scene.append({"object": {"type": "sphere", "radius": 5}, "material": {**glass, **around}})
+    document = minimal(scene=scene, image={"width": 4, "height": 4}, render={"integrator": integrator}, camera=ABOVE)
+    found = float(tilecast.render(tilecast.load(document), samples=64).pixels[..., 0].mean())
+    assert found == pytest.approx(0 if hidden else (0.5 / 1.5) ** 2, rel=0.01)

@@ -50,13 +50,13 @@ class Stop(Model):
 class Render(Model):
     integrator: Literal["path", "direct", "whitted", "ambient-occlusion", "normals", "depth", "primitives", "instances",
                         "facing", "cost"] = "path"
-    """Light: path (all of it), direct (what shines, and what is lit by it) or whitted (direct light, mirrors and glass).
-    Geometry: ambient-occlusion (which share of the hemisphere above a point is free, weighted by the cosine). Or a view of
-    what a camera ray meets, black where that is nothing: normals (0.5 + 0.5 n; outward, world space), depth (metres
-    along the ray), primitives and instances (a colour for each), facing (front sides blue, back sides red), cost (steps
-    through the accelerator and primitives tested). Samples of a view are averaged like any others; with one sample
-    nothing is blended. An EXR holds the numbers; a PNG holds those of normals too, and shows depth and cost by a ramp of
-    colours, see view_range."""
+    """Light: path (all of it), direct (what shines, and what is lit by it) or whitted (direct light, mirrors and glass; a
+    background of one colour is seen and mirrored, and lights nothing diffuse). Geometry: ambient-occlusion (which share of
+    the hemisphere above a point is free, weighted by the cosine). Or a view of what a camera ray meets, black where that
+    is nothing: normals (0.5 + 0.5 n; outward, world space), depth (metres along the ray), primitives and instances (a
+    colour for each), facing (front sides blue, back sides red), cost (steps through the accelerator and primitives
+    tested). Samples of a view are averaged like any others; with one sample nothing is blended. An EXR holds the numbers;
+    a PNG holds those of normals too, and shows depth and cost by a ramp of colours, see view_range."""
     ao_distance: Positive | None = None
     """How far away ambient occlusion looks for what is in the way, metres; if not given, to infinity."""
     view_range: Annotated[list[Coordinate], Field(min_length=2, max_length=2)] | None = None
