@@ -52,10 +52,11 @@ Rgb trace(const Scene& scene, Ray ray, MediaOf<kPassable> media, Sampler& sample
       hit = closest(scene, ray);
       if (!hit.found()) {
         const bool sampled = built_with("environment") && sample_lights && bsdf_pdf > 0.0 && scene.lights.environment;
-        const double weight =
-            sampled ? power_heuristic(bsdf_pdf, environment_pdf(scene.lights, chosen(scene.lights.environment_number()),
-                                                                ray.direction))
-                    : 1.0;
+        double weight = 1.0;
+        if (sampled) {
+          const double probability = chosen(scene.lights.environment_number());
+          weight = power_heuristic(bsdf_pdf, environment_pdf(scene.lights, probability, ray.direction));
+        }
         return sum + throughput * media.transmittance(kInfinity) * background(scene, ray.direction) * weight;
       }
       surface = resolve(scene, ray, hit);
@@ -89,8 +90,8 @@ Rgb trace(const Scene& scene, Ray ray, MediaOf<kPassable> media, Sampler& sample
       int area = built_with("area_lights") && sample_lights && bsdf_pdf > 0.0 ? scene.lights.find(hit.primitive) : -1;
       if (area >= 0) {
         double cosine = std::max(1e-300, glm::dot(wo_world, surface.normal));
-        weight = power_heuristic(bsdf_pdf, area_light_pdf(scene.lights.areas[area], chosen(scene.lights.first_area() + area), from.point,
-                                                        distance, cosine));
+        const double probability = chosen(scene.lights.first_area() + area);
+        weight = power_heuristic(bsdf_pdf, area_light_pdf(scene.lights.areas[area], probability, from.point, distance, cosine));
       }
       sum += throughput * emission_at(scene, surface) * weight;
     }

@@ -174,8 +174,8 @@ int SceneBuilder::add_material(const Material& given) {
     if (!(m.abbe >= 1.0 && m.abbe <= 1e6)) throw Error("abbe: must lie between 1 and 1e6, got " + text(m.abbe));
     if (!m.smooth()) throw Error("abbe: is for polished surfaces alone, and this has a roughness of " + text(m.roughness));
     if (const double least = least_ior(m.ior, m.abbe); least < 1e-3)
-      throw Error("abbe: must be greater for an ior of " + text(m.ior) + ", as the index of refraction of violet light would be " +
-                  text(least) + ": it must be at least 0.001");
+      throw Error("abbe: must be greater for an ior of " + text(m.ior) + ", as the index of refraction of violet light " +
+                  "would be " + text(least) + ": it must be at least 0.001");
     m.dispersion = cauchy_coefficient(m.ior, m.abbe);
   }
   apply_textures(m);
