@@ -117,7 +117,8 @@ def calibration_section(names: tuple[str, ...]) -> str:
     return "\n".join([
         f"{RENDERS} renders of {CALIBRATED} rows with {SAMPLES} samples a pixel: what they predict over what is true, "
         "and how often their 95% interval holds the truth; in brackets: 95% confidence. All renders but one are the "
-        f"reference of that one (`tilecast report SCENE --calibrate {RENDERS}` does the same). Then {STOPS} more with "
+        f"reference of that one (`tilecast report SCENE --calibrate {RENDERS}` does the same with images of at most 96 "
+        f"pixels a side). Then {STOPS} more with "
         f"`render.stop.relative_mse` = {TARGET:g} and at most {MOST} samples, which end by their own "
         f"estimate, at 16 samples or later: their samples, and their true error over {TARGET:g}, mean and "
         f"range. Measured on {date.today()}.", "", *table(CALIBRATION_HEADS, rows)])

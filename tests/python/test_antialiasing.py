@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from commands import run
 
 import tilecast
 from tilecast.render.local import Image
@@ -58,3 +59,11 @@ def test_an_odd_number_of_samples_weighs_both_halves_right():
     for samples in (2, 7, 8, 11, 17, 25, 64):
         assert np.array_equal(tilecast.render(tilecast.load(document), samples=samples).pixels,
                               np.full((4, 4, 3), [0.25, 0.5, 1.0], np.float32))
+
+
+def test_what_the_error_leaves_out_is_said(whole, sparing, tmp_path):
+    """Pixels whose samples are alike are those whose error looks small."""
+    assert sparing.stats["error_leaves_out"] == ["contrast"] and "error_leaves_out" not in whole.stats
+    found = run("render", WHITTED, "-o", tmp_path / "out.png", "--size", "16x12", "--samples", 16, "--set",
+                "render.contrast=0.1")
+    assert found.returncode == 0 and "the error may be understated: it leaves out what render.contrast skips" in found.stderr

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from commands import run
+from commands import one_line, run
 from documents import diffuse, minimal
 
 import tilecast
@@ -110,3 +110,29 @@ def test_the_command_writes_layers_into_an_exr_and_a_map(tmp_path):
     assert _images.read(str(tmp_path / "all" / "wall.exr"))[1] == channels
     assert (tmp_path / "error.png").read_bytes() == output.error_png(image.pixels, image.variance)
     assert run("render", scene, "-o", tmp_path / "o.png", "--error-map", tmp_path / "e.exr").returncode == 2
+
+
+def test_one_sample_has_no_layers_of_its_error_and_no_map(tmp_path):
+    scene = tmp_path / "wall.json"
+    scene.write_text(json.dumps(wall(samples=1)))
+    assert run("render", scene, "-o", tmp_path / "out.exr", "-q").returncode == 0
+    channels = _images.read(str(tmp_path / "out.exr"))[1]
+    assert set(channels[3:]) == {name for name in NAMES if not name.startswith(("variance", "error"))}
+    one_line(run("render", scene, "-o", tmp_path / "o.exr", "--error-map", tmp_path / "e.png"), 2,
+             "render.samples: must be at least 2 for an error map, got 1")
+    assert not (tmp_path / "o.exr").exists()
+    partly = layers.error_layers(np.ones((2, 2, 3)), np.ones((2, 2, 3)), np.array([[2, 2], [0, 1]]))
+    for name in ("variance.R", "error"):
+        assert np.isfinite(partly[name][0]).all() and np.isnan(partly[name][1]).all()
+
+
+def test_light_whose_variance_no_float_holds_has_its_error_all_the_same(caplog):
+    """Radiance of 1e22 behind the square, so that pixels on its edges have a variance of 1e42 or more."""
+    document = wall(samples=16) | {"background": [1e22] * 3}
+    image, dim = (tilecast.render(tilecast.load(found)) for found in (document, wall(samples=16)))
+    assert image.variance.dtype == np.float64 and dim.variance.dtype == np.float32
+    assert image.variance.mean() == pytest.approx(image.error["mse"], rel=1e-6)
+    found = layers.error_layers(image.pixels, image.variance, image.sample_counts)
+    assert all(layer.dtype == np.float32 and np.isfinite(layer).all() for layer in found.values())
+    assert found["variance.R"].max() == np.finfo(np.float32).max and "becomes that" in caplog.text
+    assert found["error"].mean() == pytest.approx(image.error["relative_mse"], rel=0.3)

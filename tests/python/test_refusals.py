@@ -54,6 +54,8 @@ def refused(document) -> SceneError:
     ("render.next_event=1", "render.next_event", "must be true or false, got 1"),
     ("materials.glass.abbe=0", "materials.glass.abbe", "must be at least 1, got 0"),
     ("render.contrast=0.1", "render.contrast", "is for the whitted integrator alone, got path"),
+    ('render={"integrator": "whitted", "contrast": 0.1, "stop": {"relative_mse": 0.01}}', "render.stop.relative_mse",
+     "cannot be had together with render.contrast: the estimated error leaves out"),
     ("render.contrast=0", "render.contrast", "must be positive, got 0"),
     ("scene[0].transform={}", "scene[0].transform", "must be a list, got an object"),
     ("scene[0].transform=[1]", "scene[0].transform[0]", "with one of the keys translate, scale, rotate, matrix"),

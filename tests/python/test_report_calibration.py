@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tilecast import SceneError
 from tilecast.render import error
 from tilecast.report.calibration import _true_errors, calibrate, calibration_table
 from tilecast.report.renders import Taken
@@ -66,3 +67,8 @@ def test_the_others_stand_in_for_the_truth():
 def test_few_renders_are_refused():
     with pytest.raises(ValueError, match="8 renders at least, got 7"):
         calibrate(grey, range(7), 4)
+
+
+def test_one_sample_is_refused_before_anything_is_rendered():
+    with pytest.raises(SceneError, match="render.samples: must be at least 2 for a calibration, got 1"):
+        calibrate(None, range(8), 1)

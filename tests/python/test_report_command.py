@@ -126,3 +126,12 @@ def test_a_call_that_contradicts_itself_is_refused(scene, arguments, message):
     result = report(scene, *arguments)
     assert result.exit_code == 2 and message in result.output and "Traceback" not in result.output
     assert report().exit_code == 2
+
+
+@pytest.mark.parametrize("arguments, message", [
+    (["--reference", "gone.exr"], "the reference gone.exr is not there"),
+    (["--samples", 2], "render.samples: must be at least 3")])
+def test_what_does_not_fit_is_said_before_values_are_compared(scene, arguments, message, monkeypatch):
+    monkeypatch.setattr("tilecast.report.measure.render", None)
+    result = report(scene, "--vary", "render.next_event=true,false", *arguments)
+    assert result.exit_code == 2 and message in result.stderr and result.stderr.count("\n") == 1

@@ -137,3 +137,12 @@ def test_a_plot_is_a_png_and_an_svg_and_is_the_same_each_time():
     first, second = plot(found, "two curves"), plot(found, "two curves")
     assert first == second and set(first) == {"png", "svg"}
     assert first["png"].startswith(b"\x89PNG") and b"</svg>" in first["svg"]
+
+
+def test_references_no_better_than_the_images_are_told():
+    found = report(("", None, summary()))
+    references = found["curves"][0]["references"]
+    assert curve_table(found).splitlines()[1].endswith("which biases no MSE below")
+    references["relative_mse"] = 0.1
+    assert curve_table(found).splitlines()[1].endswith("but the relative ones: it is no better than the images; give "
+                                                       "references more samples")

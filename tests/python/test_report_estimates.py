@@ -90,3 +90,8 @@ def test_a_level_beyond_it_is_extrapolated_and_says_so():
 def test_a_level_before_the_first_checkpoint_is_only_bounded():
     assert estimates.time_to(0.9, [1, 2], [0.5, 0.2], None) == {"seconds": 1, "how": "within"}
     assert estimates.time_to(0.1, [1, 2], [0.5, 0.0], None) == {"seconds": 2, "how": "within"}
+
+
+def test_a_level_that_no_time_reaches_is_out_of_reach():
+    assert estimates.time_to(1e-3, [1, 2], [1e50, 0.9e50], estimates.Slope(-0.11, 0.01)) is None
+    assert estimates.time_to(1e-3, [1, 2], [1e20, 0.9e20], estimates.Slope(-0.11, 0.01))["seconds"] < 1e300

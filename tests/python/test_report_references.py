@@ -7,8 +7,11 @@ from documents import diffuse
 
 from tilecast import SceneError, _images
 from tilecast.render import output
+from tilecast.render.local import encoded, render
 from tilecast.report.curves import error_against_time
 from tilecast.report.references import References, read_references
+from tilecast.report.variation import parse_variation
+from tilecast.scene.loading import load
 
 SIZE = (40, 50, 3)
 TRUTH = np.random.default_rng(0).uniform(0.2, 1.0, SIZE)
@@ -100,3 +103,38 @@ def test_what_gives_no_curve_is_refused(keys, message, monkeypatch):
     monkeypatch.setattr("tilecast.report.renders.render", None)  # nothing is rendered first
     with pytest.raises(SceneError, match=message):
         error_against_time(diffuse(8, 24, 16), **keys)
+
+
+def test_references_of_seeds_that_are_measured_are_refused(tmp_path, monkeypatch):
+    """The errors of two renders with one seed are the same, and vanish in their difference."""
+    document = diffuse(8, 24, 16)
+    files = []
+    for number, seed in enumerate((0, 1, 7, 8, 7)):
+        compiled = load(document, settings=[f"render.seed={seed}"])
+        files.append(tmp_path / f"{number}.exr")
+        image = render(compiled, samples=16 + number)
+        files[-1].write_bytes(encoded(".exr", compiled, image))
+    assert read_references(files[2:4], 24, 16).seeds == (7, 8)
+    error_against_time(document, seeds=2, reference_files=files[2:4])
+    monkeypatch.setattr("tilecast.report.renders.render", None)  # nothing is rendered first
+    for references, message in ((files[1:3], "1.exr was rendered with seed 1, which is measured"),
+                                ([files[2], files[4]], "independent renders: .* both have seed 7")):
+        with pytest.raises(SceneError, match=message):
+            error_against_time(document, seeds=2, reference_files=references)
+
+
+def test_an_image_that_is_its_own_reference_is_refused(tmp_path):
+    """Files of other programs, or of earlier versions, do not say their seeds."""
+    document = diffuse(8, 24, 16)
+    for seed in (0, 5):
+        exr(tmp_path / f"{seed}.exr", render(load(document, settings=[f"render.seed={seed}"])).pixels)
+    with pytest.raises(SceneError, match="a reference is the image of seed 0 itself, bit for bit"):
+        error_against_time(document, seeds=2, reference_files=[tmp_path / "0.exr", tmp_path / "5.exr"])
+
+
+def test_no_reference_has_a_seed_of_any_value():
+    found = error_against_time(diffuse(4, 8, 8), seeds=2, variation=parse_variation("render.seed=0,2147483648"))
+    measured = {seed for curve in found["curves"] for seed in curve["seeds"]}
+    assert measured == {0, 1, 2**31, 2**31 + 1}
+    for curve in found["curves"]:
+        assert not measured & set(curve["references"]["seeds"]) and len(set(curve["references"]["seeds"])) == 2

@@ -86,6 +86,8 @@ def report_end(image: Path, stats: dict[str, Any]) -> None:
     """How a render ended, and what is not to be trusted about it."""
     typer.echo(f"{image}: {stats['samples']:.4g} samples in {duration(stats['seconds']['render'])}", err=True)
     error = stats["error"]
+    if skipped := stats.get("error_leaves_out"):
+        typer.echo(f"{image}: the error may be understated: it leaves out what render.{skipped[0]} skips", err=True)
     if error["heavy_tailed"]:
         typer.echo(f"{image}: the error may be understated: rare bright samples, met in 1% of the pixels, make up "
                    f"{error['tail_share']:.0%} of it", err=True)

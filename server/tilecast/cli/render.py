@@ -48,8 +48,11 @@ def render(
                 fail(f"{path}: {other} and {what} are the same file", BAD_SCENE)
 
     with failing(scene, settings):
+        from ..scene.errors import SceneError
         from ..scene.loading import load
         compiled = load(scene, settings=settings)
+        if error_map is not None and compiled.document.render.samples < 2:
+            raise SceneError("render.samples", "must be at least 2 for an error map, got 1")
 
         from ..render import output as files
         from ..render.local import encoded

@@ -26,8 +26,9 @@ def report(
                                      "settings that change the noise.", show_default=False)] = None,
     seeds: Annotated[int, typer.Option(min=2, max=1000, help="Renders of each checkpoint.")] = 6,
     reference: Annotated[list[Path] | None, typer.Option(
-        metavar="FILE.exr", help="What the error is measured against; twice for two independent renders. If not given, "
-                                 "two are rendered.", show_default=False)] = None,
+        metavar="FILE.exr", help="What the error is measured against; twice for two independent renders, with other "
+                                 "seeds than each other and those measured, which are the scene's and the following. "
+                                 "If not given, two are rendered.", show_default=False)] = None,
     reference_samples: Annotated[int | None, typer.Option(
         min=1, max=2**24, help="For each pixel of a rendered reference; 8 times those of the image if not given.",
         show_default=False)] = None,
@@ -95,7 +96,7 @@ _Found = tuple[dict[str, Any], str, dict[str, bytes]]  # the report, its table, 
 def _measured(scene: Path, vary: str | None, curves: bool | None, settings: list[str], repeats: int,
               output: Path | None, tell: Callable[[str], None], **how: Any) -> _Found:
     """Error against run time; with a variation what its values cost, too."""
-    from ..report.curves import error_against_time
+    from ..report.curves import error_against_time, prepare
     from ..report.curve_table import curve_table
     from ..report.measure import compare
     from ..report.table import table
@@ -109,6 +110,8 @@ def _measured(scene: Path, vary: str | None, curves: bool | None, settings: list
         _check_plot()
     found: dict[str, Any] = {"scene": scene.name}
     texts, pictures = [], {}
+    if curves:  # before a comparison that may take hours
+        prepare(scene, variation, settings, how["seeds"], how["reference_files"], how["threads"])
     if variation is not None:
         found |= compare(scene, variation, settings=settings, repeats=repeats, threads=how["threads"],
                          on_run=lambda label, repeat, seconds: tell(f"{label}, {repeat + 1} of {repeats}: "

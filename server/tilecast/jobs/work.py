@@ -25,6 +25,7 @@ from tilecast.jobs.records import Job, TileRow
 from tilecast.jobs.store import Store
 from tilecast.jobs.task import Listener, Task, finite
 from tilecast.render.display import shown
+from tilecast.render.film import as_float32
 from tilecast.render.output import thumbnail
 from tilecast.render.plan import Chunk, Plan, Tile, make_plan
 from tilecast.render.rendering import ChunkResult, Rendering
@@ -263,7 +264,7 @@ class JobWork:
             return None
         start = perf_counter()
         for key, image in ((pixels_key(self.key), pixels), (variance_key(self.key), variance)):
-            self._blobs.put_array(key, image.astype("<f4", copy=False))
+            self._blobs.put_array(key, as_float32(image).astype("<f4", copy=False))
         self._blobs.put(thumbnail_key(self.key), thumbnail(shown(pixels, self._facts)))
         with self._lock:
             return None if self._closed else self._columns(with_statistics=True, write=perf_counter() - start)

@@ -21,7 +21,7 @@ _FORMAT = 6  # of saved tiles
 _MOST = float(np.finfo(np.float32).max)
 
 
-def _as_float32(values: np.ndarray) -> np.ndarray:
+def as_float32(values: np.ndarray) -> np.ndarray:
     """What is above the largest float becomes it: sums are finite, and images stay so."""
     return np.clip(values, -_MOST, _MOST).astype(np.float32)
 
@@ -171,7 +171,7 @@ class Film:
         state = self._tiles[tile.index]
         if state.sums is None:
             return np.zeros((tile.height, tile.width, 3), np.float32)
-        return _as_float32((state.sums[0] + state.sums[1]) / state.samples)
+        return as_float32((state.sums[0] + state.sums[1]) / state.samples)
 
     def pixels(self) -> np.ndarray:
         """The image as it stands: float32 [height, width, 3]."""
@@ -182,14 +182,14 @@ class Film:
         return image
 
     def variance(self) -> np.ndarray:
-        """The estimated variance of each pixel as it stands, float32 [height, width, 3]; 0 where there are fewer than
-        two samples."""
-        image = np.zeros((self.plan.height, self.plan.width, 3), np.float32)
+        """The estimated variance of each pixel as it stands, float32 [height, width, 3], or float64 where float32 cannot
+        hold it; 0 where there are fewer than two samples."""
+        image = np.zeros((self.plan.height, self.plan.width, 3))
         for tile in self.plan.tiles:
-            sums = self._tiles[tile.index].sums
-            if sums is not None:
-                image[tile.window] = _as_float32(error.variance(sums, self.tile_samples(tile)))
-        return image
+            state = self._tiles[tile.index]
+            if state.sums is not None:
+                image[tile.window] = error.variance(state.sums, state.samples)
+        return image if image.max() > _MOST else image.astype(np.float32)
 
     def sample_counts(self) -> np.ndarray:
         """The samples of each pixel as it stands, uint32 [height, width]."""

@@ -9,9 +9,14 @@
 
 from __future__ import annotations
 
+import logging
+
 import numpy as np
 
 from .error import error_map
+
+_log = logging.getLogger(__name__)
+_MOST = float(np.finfo(np.float32).max)
 
 Layers = dict[str, np.ndarray]
 """Channel name -> float32 [h, w]."""
@@ -21,9 +26,22 @@ FIRST_HIT_SAMPLES = 16  # of each pixel: enough for the edges between surfaces
 
 
 def error_layers(pixels: np.ndarray, variance: np.ndarray, samples: np.ndarray) -> Layers:
-    """Of an image [h, w, 3], the variance of its pixels [h, w, 3], and their samples [h, w]."""
+    """Of an image [h, w, 3], the variance of its pixels [h, w, 3], and their samples [h, w]. Pixels with fewer than two
+    samples tell nothing of their error: NaN, and no layers of it where that is all of them. What float32 cannot hold
+    becomes its largest number."""
+    counts = {"samples": samples.astype(np.float32)}
+    told = samples >= 2
+    if not told.any():
+        return counts
     layers = {f"variance.{name}": variance[..., channel] for channel, name in enumerate("RGB")}
-    return layers | {"error": error_map(pixels, variance), "samples": samples.astype(np.float32)}
+    layers["error"] = error_map(pixels, variance)
+    if (variance > _MOST).any():
+        _log.warning("the variance of some pixels is above %.2g, the most that an EXR's layer holds; it becomes that",
+                     _MOST)
+    layers = {name: np.minimum(layer, _MOST).astype(np.float32) for name, layer in layers.items()}
+    if not told.all():
+        layers = {name: np.where(told, layer, np.float32(np.nan)) for name, layer in layers.items()}
+    return layers | counts
 
 
 def first_hit_layers(hits: np.ndarray) -> Layers:

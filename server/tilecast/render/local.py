@@ -27,7 +27,7 @@ class Image:
     pixels: np.ndarray
     """float32 [h, w, 3]"""
     variance: np.ndarray
-    """float32 [h, w, 3]: estimated, of each pixel."""
+    """float32 [h, w, 3], or float64 where float32 cannot hold it: estimated, of each pixel."""
     sample_counts: np.ndarray
     """uint32 [h, w]"""
     error: dict[str, float | None]
@@ -94,7 +94,10 @@ def encoded(suffix: str, compiled: Compiled, image: Image, threads: int | None =
     if suffix.lower() == ".exr":
         layers = (error_layers(image.pixels, image.variance, image.sample_counts)
                   | first_hit_layers(first_hits(compiled, threads)))
-    return encode(suffix, image.pixels, {"Software": "tilecast"}, image.stats, layers)
+    render = compiled.document.render
+    metadata = {"Software": "tilecast", "tilecast:seed": str(render.seed),
+                "tilecast:samples": f"{image.stats['samples']:g}"}
+    return encode(suffix, image.pixels, metadata, image.stats, layers)
 
 
 def tile_first_hits(compiled: Compiled, tile: Tile) -> np.ndarray:

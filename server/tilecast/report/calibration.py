@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ..scene.errors import SceneError
 from . import estimates
 from .references import Error, References
 from .renders import Render
@@ -32,9 +33,12 @@ def calibrate(render: Render, seeds: Sequence[int], samples: int,
     Wilson's interval; above and below, how often the truth lay beyond either end; predicted_over_true {mean, low,
     high}; width, the median of the interval's upper end over the estimate; verdict: "holds", "fails", or "open" where
     so few renders cannot tell. And heavy_tailed: how many images say so themselves. `on_step(done)` is called after
-    each render. All images are kept in memory. ValueError for fewer than 8 seeds."""
+    each render. All images are kept in memory. ValueError for fewer than 8 seeds, SceneError for
+    fewer than 2 samples."""
     if len(seeds) < FEWEST:
         raise ValueError(f"a calibration needs {FEWEST} renders at least, got {len(seeds)}")
+    if samples < 2:
+        raise SceneError("render.samples", f"must be at least 2 for a calibration, got {samples}")
     images, found = [], []
     for seed in seeds:
         taken = render(seed, samples)

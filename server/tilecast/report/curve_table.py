@@ -25,18 +25,22 @@ def _curve(curve: dict[str, Any], threads: int) -> str:
     title += [f"{curve['width']} x {curve['height']} pixels", f"{seeds} seeds",
               f"{threads} thread{'s' if threads > 1 else ''}",
               f"load {figure(seconds['load'])} s", f"compile {figure(seconds['compile'])} s"]
-    lines = [", ".join(title), _references(curve["references"]), "",
+    lines = [", ".join(title), _references(curve["references"], curve["points"]), "",
              aligned([_HEADS, *(_cells(point) for point in curve["points"])]), *_findings(curve)]
     return "\n".join(lines) + "\n"
 
 
-def _references(references: dict[str, Any]) -> str:
+def _references(references: dict[str, Any], points: Sequence[dict[str, Any]]) -> str:
     if "files" in references:
         text = "references: " + " and ".join(references["files"])
     else:
         text = f"references: two independent renders of {references['samples']} samples a pixel"
     if "relative_mse" in references:
-        return f"{text}; relative MSE of their mean {figure(references['relative_mse'])}, which biases nothing below"
+        text += f"; relative MSE of their mean {figure(references['relative_mse'])}, which biases no MSE below"
+        best = min(point["relative_mse"]["mean"] for point in points)
+        if references["relative_mse"] > best:
+            text += ", but the relative ones: it is no better than the images; give references more samples"
+        return text
     return f"{text}; a single one, so that its own error is part of every figure below"
 
 

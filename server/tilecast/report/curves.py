@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import os
 import platform
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
@@ -77,24 +77,22 @@ def error_against_time(source: str | Path | dict[str, Any], *, variation: Variat
     SceneError, before anything is rendered, where a value, a checkpoint or a reference does not fit.
     `on_step(what, seconds)` is called after each part.
     """
-    if seeds < 2:
-        raise SceneError("", f"two seeds at least are needed for a confidence interval, got {seeds}")
     threads = threads or len(os.sched_getaffinity(0))
+    prepared = prepare(source, variation, settings, seeds, reference_files, threads)
     values = [[setting] for setting in variation.settings] if variation else [[]]
     labels = variation.labels if variation else [""]
-    renders = [SceneRenders(source, [*settings, *value], threads) for value in values]
-    checkpoints = [_checkpoints(of) for of in renders]
+    renders, checkpoints = prepared.renders, prepared.checkpoints
+    measured_seeds = {seed for of in renders for seed in of.seeds(seeds)}
     if reference_files:
-        found = [(read_references(reference_files, of.document.image.width, of.document.image.height),
-                  {"files": [path.name for path in reference_files]}) for of in renders]
+        found = [(references, {"files": [path.name for path in reference_files]}) for references in prepared.references]
     else:
         samples = [reference_samples or min(REFERENCE_FACTOR * at[-1], _MOST_SAMPLES) for at in checkpoints]
         if variation and variation.keeps_expectation:
             shared = SceneRenders(source, [*settings, *_FOR_REFERENCES], threads)
-            found = [rendered_references(shared, max(samples), "", on_step)] * len(values)
+            found = [rendered_references(shared, max(samples), "", on_step, measured_seeds)] * len(values)
         else:
             found = [rendered_references(SceneRenders(source, [*settings, *value, *_FOR_REFERENCES], threads), count,
-                                         label, on_step) for value, count, label in zip(values, samples, labels)]
+                                         label, on_step, measured_seeds) for value, count, label in zip(values, samples, labels)]
     runs: list[list[list[Run]]] = [[] for _ in values]
     for turn in range(seeds):
         for at in list(range(len(values)))[::-1 if turn % 2 else 1]:
@@ -111,6 +109,27 @@ def error_against_time(source: str | Path | dict[str, Any], *, variation: Variat
     return {"machine": machine(threads), "curves": curves}
 
 
+@dataclass(frozen=True)
+class Prepared:
+    """For each value: its renders, checkpoints and, where they come from files, references."""
+    renders: list[SceneRenders]
+    checkpoints: list[list[int]]
+    references: list[References]
+
+
+def prepare(source: str | Path | dict[str, Any], variation: Variation | None, settings: Sequence[str], seeds: int,
+            reference_files: Sequence[Path], threads: int | None) -> Prepared:
+    """All that can be wrong with the call of `error_against_time`, before anything is rendered: SceneError."""
+    if seeds < 2:
+        raise SceneError("", f"two seeds at least are needed for a confidence interval, got {seeds}")
+    values = [[setting] for setting in variation.settings] if variation else [[]]
+    renders = [SceneRenders(source, [*settings, *value], threads) for value in values]
+    checkpoints = [_checkpoints(of) for of in renders]
+    references = [read_references(reference_files, of.document.image.width, of.document.image.height, of.seeds(seeds))
+                  for of in renders] if reference_files else []
+    return Prepared(renders, checkpoints, references)
+
+
 def _checkpoints(renders: SceneRenders) -> list[int]:
     found = renders.checkpoints
     if len(found) < 2:
@@ -119,16 +138,16 @@ def _checkpoints(renders: SceneRenders) -> list[int]:
     return found
 
 
-def rendered_references(renders: SceneRenders, samples: int, label: str,
-                        on_step: Step) -> tuple[References, dict[str, Any]]:
+def rendered_references(renders: SceneRenders, samples: int, label: str, on_step: Step,
+                        measured_seeds: Collection[int]) -> tuple[References, dict[str, Any]]:
     """Two independent renders with so many samples, and what is to be said of them."""
-    images, seconds = [], 0.0
-    for number, seed in enumerate(renders.reference_seeds(), 1):
+    images, seconds, seeds = [], 0.0, renders.reference_seeds(measured_seeds)
+    for number, seed in enumerate(seeds, 1):
         taken = renders(seed, samples)
         images.append(taken.pixels)
         seconds += taken.seconds
         on_step(_step(label, f"reference {number} of 2, {samples} samples"), taken.seconds)
-    return References(images), {"samples": samples, "seeds": renders.reference_seeds(), "seconds": seconds}
+    return References(images, seeds), {"samples": samples, "seeds": seeds, "seconds": seconds}
 
 
 def _step(label: str, what: str) -> str:
@@ -140,6 +159,8 @@ def measured(render: Render, references: References, seed: int, checkpoints: Seq
     runs = []
     for samples in checkpoints:
         taken = render(seed, samples)
+        if references.holds(taken.pixels) and taken.error["mse"] > 0:
+            raise SceneError("", f"a reference is the image of seed {seed} itself, bit for bit: give references other seeds")
         runs.append(Run(seed, taken.samples, taken.seconds, taken.cpu_seconds, references.error(taken.pixels),
                         taken.error))
     return runs

@@ -112,7 +112,7 @@ def time_to(level: float, seconds: Sequence[float], errors: Sequence[float],
             fitted: Slope | None) -> dict[str, Any] | None:
     """When an error has fallen to a level: {"seconds", "how"}. how: "measured", interpolated on logarithmic axes
     between checkpoints; "within", so small at the first checkpoint already; "extrapolated" from the last along the
-    fitted slope. None where it does not fall towards it."""
+    fitted slope. None where it does not fall towards it, or not in 10^300 seconds."""
     for k, error in enumerate(errors):
         if error > level:
             continue
@@ -124,4 +124,7 @@ def time_to(level: float, seconds: Sequence[float], errors: Sequence[float],
         return {"seconds": seconds[k - 1] * (seconds[k] / seconds[k - 1]) ** part, "how": "measured"}
     if fitted is None or fitted.value > -0.1:  # ten times the error at best after 10^10 times the time: not falling
         return None
-    return {"seconds": seconds[-1] * (errors[-1] / level) ** (-1 / fitted.value), "how": "extrapolated"}
+    exponent = math.log10(errors[-1] / level) / -fitted.value
+    if exponent > 300 - max(math.log10(seconds[-1]), 0):  # no float holds it
+        return None
+    return {"seconds": seconds[-1] * 10**exponent, "how": "extrapolated"}

@@ -16,7 +16,7 @@ Of a single reference, (I - R1)^2 is the error of the image and that of the refe
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,11 +38,12 @@ class Error:
 
 
 class References:
-    """One or two images, [h, w, 3], linear RGB."""
+    """One or two images, [h, w, 3], linear RGB; `seeds`: what they were rendered with, where that is known."""
 
-    def __init__(self, images: Sequence[np.ndarray]):
+    def __init__(self, images: Sequence[np.ndarray], seeds: Sequence[int | None] = ()):
         self.first, self.second = (np.asarray(image, np.float64) for image in (images[0], images[-1]))
         self.independent = len(images) == 2
+        self.seeds = tuple(seeds)
         self.weight = 1 / (((self.first + self.second) / 2) ** 2 + FLOOR)
 
     @property
@@ -58,6 +59,10 @@ class References:
         top = each[-max(len(each) // 1000, 1):].sum() / total if total > 0 else 0.0
         return Error(float(square.mean()), float((square * self.weight).mean()), float(min(top, 1.0)))
 
+    def holds(self, pixels: np.ndarray) -> bool:
+        """Whether an image is one of the references, bit for bit."""
+        return any(np.array_equal(pixels, reference) for reference in (self.first, self.second))
+
     def own_error(self) -> dict[str, float] | None:
         """The MSE and relative MSE of the mean of the two; None for a single one, which cannot tell."""
         if not self.independent:
@@ -66,19 +71,28 @@ class References:
         return {"mse": float(square.mean()), "relative_mse": float((square * self.weight).mean())}
 
 
-def read_references(paths: Sequence[Path], width: int, height: int) -> References:
-    """From one or two OpenEXR files of the image's size with channels R, G and B. SceneError for anything else."""
+def read_references(paths: Sequence[Path], width: int, height: int, measured: Collection[int] = ()) -> References:
+    """From one or two OpenEXR files of the image's size with channels R, G and B. SceneError for anything else, and for
+    files that say that they have each other's seed, or one of those that are `measured`."""
     if len(paths) > 2:
         raise SceneError("", f"there may be one reference or two, got {len(paths)}")
     if len({path.resolve() for path in paths}) < len(paths):
         raise SceneError("", f"the two references must be independent renders, got {paths[0]} twice")
-    images = [_read(path, width, height) for path in paths]
+    images, seeds = zip(*(_read(path, width, height) for path in paths))
+    for path, seed in zip(paths, seeds):
+        if seed in measured:
+            raise SceneError("", f"the reference {path} was rendered with seed {seed}, which is measured: the errors "
+                                 "would be the same. Render it with --seed of another")
+    if len(seeds) == 2 and seeds[0] == seeds[1] is not None:
+        raise SceneError("", f"the two references must be independent renders: {paths[0]} and {paths[1]} both have seed "
+                             f"{seeds[0]}")
     if len(images) == 2 and np.array_equal(*images):
         raise SceneError("", f"the two references must be independent renders: {paths[0]} and {paths[1]} are the same")
-    return References(images)
+    return References(images, seeds)
 
 
-def _read(path: Path, width: int, height: int) -> np.ndarray:
+def _read(path: Path, width: int, height: int) -> tuple[np.ndarray, int | None]:
+    """The pixels, and the seed where the file says it."""
     if path.suffix.lower() != ".exr":
         raise SceneError("", f"the reference {path} must be an OpenEXR file, which holds linear light")
     if not path.is_file():
@@ -86,7 +100,7 @@ def _read(path: Path, width: int, height: int) -> np.ndarray:
     from .. import _images  # OpenImageIO is loaded where there is an image
 
     try:
-        pixels, channels, _ = _images.read(str(path))
+        pixels, channels, metadata = _images.read(str(path))
     except _core.Error as problem:
         raise SceneError("", f"the reference {path} cannot be read: {problem}") from None
     if not {"R", "G", "B"} <= set(channels):
@@ -97,4 +111,5 @@ def _read(path: Path, width: int, height: int) -> np.ndarray:
     rgb = pixels[..., [channels.index(name) for name in "RGB"]]
     if not np.isfinite(rgb).all():
         raise SceneError("", f"the reference {path} has pixels that are NaN or infinite")
-    return rgb
+    seed = metadata.get("tilecast:seed", "")
+    return rgb, int(seed) if seed.isdecimal() else None

@@ -8,8 +8,9 @@ whatever decides samples while rendering decides as it would for a user who asks
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
+from itertools import count, islice
 from pathlib import Path
 from typing import Any
 
@@ -75,6 +76,7 @@ class SceneRenders:
         """To be measured: the scene's own and those after it."""
         return [(self.document.render.seed + k) % 2**32 for k in range(count)]
 
-    def reference_seeds(self) -> list[int]:
-        """For two references: none of those measured, which are fewer than 2^31."""
-        return [(self.document.render.seed + 2**31 + k) % 2**32 for k in range(2)]
+    def reference_seeds(self, measured: Collection[int]) -> list[int]:
+        """For two references: none of those measured."""
+        free = ((self.document.render.seed + 2**31 + k) % 2**32 for k in count())
+        return list(islice((seed for seed in free if seed not in measured), 2))

@@ -62,6 +62,7 @@ class Compiled:
                 "features": {"used": used, "left_out": [name for name in _core.FEATURES if name not in used]},
                 "kernel": self.scene.kernel,
                 "primitives": self.scene.primitives,
+                **({"error_leaves_out": ["contrast"]} if self.document.render.contrast else {}),
                 **({"shown": shown} if shown else {})}
 
 
