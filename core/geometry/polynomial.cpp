@@ -120,7 +120,7 @@ double root_error(const Quartic& p, double root, double perturbation, double mos
     double term[5], sum = 0.0, power = 1.0;
     for (int k = 1; k < 5; ++k) sum += term[k] = std::fabs(c[k]) * (power *= error);
     for (int k = 1; k < 5; ++k)
-      if (2.0 * term[k] - sum >= perturbation) return error;
+      if (term[k] >= 1.9 * perturbation && 2.0 * term[k] - sum >= perturbation) return error;
     error *= 2.0;
   }
   return most;

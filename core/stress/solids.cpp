@@ -171,10 +171,12 @@ double thin_torus(Random& random, uint64_t) {
     const SolidCrossing& c = found.item[i];
     bool before = implicit(torus, at(line, Quad(c.t) - c.error)) > 0;
     bool after = implicit(torus, at(line, Quad(c.t) + c.error)) > 0;
-    // Two crossings within their bounds of each other may be none.
-    const SolidCrossing& partner = found.item[i ^ 1];
-    bool apart = std::fabs(c.t - partner.t) > c.error + partner.error;
-    if (apart && (before != c.entering || after == c.entering)) return 1.0;
+    // Two crossings within their bounds of each other may be none, and the line inside or outside at both.
+    auto apart = [&](int other) {
+      if (other < 0 || other >= found.count) return true;
+      return std::fabs(c.t - found.item[other].t) > c.error + found.item[other].error;
+    };
+    if (apart(i - 1) && apart(i + 1) && (before != c.entering || after == c.entering)) return 1.0;
   }
   return !found.in_order();
 }
