@@ -223,3 +223,14 @@ def test_events_that_no_two_parts_share_leave_the_error_unsure():
     assert found.heavy_tailed
     for mean, low, high in ((found.mse, found.mse_low, found.mse_high), (found.relative_mse, found.low, found.high)):
         assert np.log(high / mean) > 1.96 / np.sqrt(12) and np.log(mean / low) > 1.96 / np.sqrt(12)
+
+
+def test_events_that_come_back_in_no_pixel_twice_leave_the_error_unsure_without_a_label():
+    """Both parts have met events in the same half of the samples of 64 pixels: they agree, and a . b is 0 in each."""
+    halves = np.zeros((2, 1024, 3))
+    halves[np.arange(64) % 2, np.arange(64)] = 100.0
+    part = halves.reshape(2, 32, 32, 3) + 0.0
+    last = part * np.random.default_rng(0).uniform(0.5, 1.5, (1, 32, 32, 1))
+    found = estimation.estimate(estimation.tile_partials(part + last, 32, [(part, 16), (last, 16)])[None], 1024)
+    assert found.heavy_tailed is False
+    assert np.log(found.mse_high / found.mse) > 1.96 / 8 and np.log(found.high / found.relative_mse) > 1.96 / 8

@@ -23,7 +23,8 @@ mse exp(+-1.96 s), with that fraction's root for s: as that of a quotient of var
 logarithmic axis on which errors are drawn. Two or three samples have no such parts; there S comes from v, as if noise
 were normal and of one colour: E[v^2] = 3/4 tr(S^2) / 9. Nothing here asks the samples of one half to be independent.
 Where rare events carry the error the two parts meet few of them in the same pixel, or none, and their products say
-that all is known. What says how many events there were is v^2, so there the interval is at least as wide as by v.
+that all is known. What says how many events there were is v^2, so there the interval is at least as wide as by v^2; and
+elsewhere it is as wide where the products tell less than a quarter of that.
 
 Images of few pixels are covered less often, since the deviation is itself known from so many: 59% of single pixels, 80%
 of 2 x 2, 90% of 4 x 4, 94% of 8 x 8.
@@ -51,6 +52,7 @@ FLOOR = _core.ERROR_FLOOR  # added to R^2, so that black pixels count
 _SUMS = _core.ERROR_SUMS
 _BIAS = 0.3  # of the relative error, as a part of it, times sqrt(n): root mean square over example scenes
 _LARGEST = 2.0  # deviation that there is: of one pixel, whose two parts have one channel each
+_SHARED = 4.0  # times the deviation by products: more by v^2 says that the parts share too few noisy pixels
 NORMAL_95 = 1.959963984540054  # standard deviations either side of the mean that hold 95% of normal figures
 
 tile_partials = _core.error_partials
@@ -86,11 +88,12 @@ def estimate(partials: np.ndarray, pixels: int) -> ErrorEstimate:
     bias = _BIAS * by_samples / relative if relative > 0 else 0.0
     share = tails.tail_share(partials[:, _SUMS:].sum(axis=0)) if relative > NOISELESS * pixels else None
     heavy_tailed = None if share is None else share > tails.HEAVY
-    floors = [_by_squares(square, of_squares), _by_squares(relative, of_relative)] if heavy_tailed else [0.0, 0.0]
+    floors = [_by_squares(square, of_squares), _by_squares(relative, of_relative)]
     if others > 0 and same > 0:
         relative *= math.sqrt(others / same)
-    return ErrorEstimate(*_interval(square, square_products, squares, pixels, floors[0]),
-                         *_interval(relative, products, parts, pixels, floors[1], bias), heavy_tailed, share)
+    trusted = 1.0 if heavy_tailed else _SHARED
+    return ErrorEstimate(*_interval(square, square_products, squares, pixels, floors[0], trusted),
+                         *_interval(relative, products, parts, pixels, floors[1], trusted, bias), heavy_tailed, share)
 
 
 def weight(mean: np.ndarray, variance: np.ndarray) -> np.ndarray:
@@ -121,12 +124,14 @@ def _by_squares(total: float, squares: float) -> float:
     return math.sqrt(4 / 3 * squares) / total if total > 0 else 0.0
 
 
-def _interval(total: float, products: float, parts: float, pixels: int, least: float,
+def _interval(total: float, products: float, parts: float, pixels: int, by_squares: float, trusted: float,
               bias: float = 0.0) -> tuple[float, float, float]:
     """The mean over the pixels of what adds up to `total`, and its interval: `products` is the variance of `parts`,
-    `least` the deviation at least, and `bias` another one; both are parts of the mean."""
+    `by_squares` the deviation by v^2, which counts where it is more than `trusted` times theirs; `bias` is another one. All are parts of the mean."""
     if not total > 0:
         return total, total, total
-    deviation = min(max(math.sqrt(products) / parts, least), _LARGEST) if parts > 0 else _LARGEST
+    deviation = math.sqrt(products) / parts if parts > 0 else _LARGEST
+    if by_squares > trusted * deviation:
+        deviation = min(by_squares, _LARGEST)
     width = NORMAL_95 * math.hypot(deviation, bias)
     return total / pixels, total / pixels * math.exp(-width), total / pixels * math.exp(width)
