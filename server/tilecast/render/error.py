@@ -127,7 +127,8 @@ def _by_squares(total: float, squares: float) -> float:
 def _interval(total: float, products: float, parts: float, pixels: int, by_squares: float, trusted: float,
               bias: float = 0.0) -> tuple[float, float, float]:
     """The mean over the pixels of what adds up to `total`, and its interval: `products` is the variance of `parts`,
-    `by_squares` the deviation by v^2, which counts where it is more than `trusted` times theirs; `bias` is another one. All are parts of the mean."""
+    `by_squares` the deviation by v^2, which counts where it is more than `trusted` times theirs; `bias` is another one.
+    All are parts of the mean."""
     if not total > 0:
         return total, total, total
     deviation = math.sqrt(products) / parts if parts > 0 else _LARGEST
