@@ -41,6 +41,7 @@ export function showJob(container, { id, signal }) {
     gone = true;
     stream?.close();
     stream = null;
+    viewer?.stop();
     parts.letGo();
   }
 

@@ -58,6 +58,12 @@ export class Viewer {
     this.#pump();
   }
 
+  /** Asks for nothing more, as the job is gone. What is shown stays. */
+  stop() {
+    clearTimeout(this.#timer);
+    this.#wanted.clear();
+  }
+
   /** exposure: stops; operator: "clip" (as image.png) or "compress". */
   setTone(exposure, operator) {
     this.#table = toneTable(exposure, operator);

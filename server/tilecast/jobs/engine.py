@@ -57,7 +57,8 @@ class Engine(Executor):
     def __init__(self, scheduler: str | None, threads: int | None, folder: Path, stuck_seconds: float):
         """Start a cluster with `threads` threads (default: a thread a core), or connect to the one at `scheduler`.
 
-        `folder` is for Dask's scratch files; `stuck_seconds`: how long a task may go on that nobody needs. Raises `CannotStart` where the scheduler does not answer.
+        `folder` is for Dask's scratch files; `stuck_seconds`: how long a task may go on that nobody needs. Raises
+        `CannotStart` where the scheduler does not answer.
         """
         self.on_slots: Callable[[int], None] = lambda slots: None
         """Called, on a thread of the engine's, when workers came or went."""
