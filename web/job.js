@@ -14,17 +14,19 @@ import { viewerControls } from "./viewer-controls.js";
 
 const LIVE = 3000; // milliseconds between two readings of the job while it is under way
 const ENDED = 15000; // someone else may retry it
+const READABLE = 5000; // milliseconds for which it stays that an action was refused, whatever is read meanwhile
 const QUIET = 20000; // an event stream without a word for so long, while the job moves on, is dead
 
 export function showJob(container, { id, signal }) {
   const fault = element("p", { class: "notice fault", role: "alert", hidden: true });
-  const parts = makeHeader(id, { onFault: tell, onDone: (deleted) => (deleted ? leave() : reading.soon()) });
+  const parts = makeHeader(id, { onFault: refused, onDone: agreed });
   container.append(parts.element, fault);
 
   let viewer = null;
   let job = null;
   let gone = false;
   let stream = null;
+  let refusedAt = -Infinity;
   let heard = performance.now(); // when the stream last said anything
   const chart = new CurveChart(signal);
   const statistics = statisticsTable();
@@ -36,6 +38,17 @@ export function showJob(container, { id, signal }) {
     else setText(fault, error.status === 404 ? "There is no such job. It may have been deleted." : error.message);
   }
 
+  function refused(error) {
+    refusedAt = performance.now();
+    tell(error);
+  }
+
+  function agreed(deleted) {
+    refusedAt = -Infinity;
+    if (deleted) location.hash = "#/";
+    else reading.soon();
+  }
+
   /** Someone has deleted it, or it never was. */
   function letGo() {
     gone = true;
@@ -45,16 +58,12 @@ export function showJob(container, { id, signal }) {
     parts.letGo();
   }
 
-  function leave() {
-    location.hash = "#/";
-  }
-
   /** Reads the job itself; what hangs on a change of state follows from there. */
   async function read() {
     try {
       const before = job;
       job = await getJob(id, signal);
-      tell(null);
+      if (performance.now() - refusedAt > READABLE) tell(null);
       if (viewer === null) build();
       parts.set(job);
       if (before && before.state !== job.state) await resync();
