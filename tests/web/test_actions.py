@@ -10,7 +10,7 @@ def button(page, name):
 
 
 def test_cancel_then_retry(server, page):
-    job = post(server.url, scene(seconds=3))
+    job = post(server.url, scene(seconds=6))  # longer than it takes to click, on a machine that has more to do
     open_job(page, server.url, job["id"])
     wait_for_known(page, 0.01)
     button(page, "Cancel").click()
