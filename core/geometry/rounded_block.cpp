@@ -75,11 +75,13 @@ Interval inside(const RoundedBlock& b, const Ray& line) {
 
 Vec3 outward(const RoundedBlock& b, int face, const Vec3& p) {
   if (face != kRound) return block_outward(face);
-  int nearest = 0;  // where p is beyond the core by less than its own last digit
+  const Vec3 arm = direction_of(arm_of(b, p), Vec3(0.0));
+  if (arm != Vec3(0.0)) return arm;
+  int nearest = 0;  // p is beyond the core by less than its own last digit
   auto inwards = [&](int k) { return k & 1 ? b.hi[k / 2] - p[k / 2] : p[k / 2] - b.lo[k / 2]; };
   for (int k = 1; k < 6; ++k)
     if (inwards(k) < inwards(nearest)) nearest = k;
-  return direction_of(arm_of(b, p), block_outward(nearest));
+  return block_outward(nearest);
 }
 
 Vec3 project(const RoundedBlock& b, int face, const Vec3& p) {

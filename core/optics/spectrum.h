@@ -11,6 +11,8 @@ namespace tilecast {
 // (n_F - n_C), of the blue and the red line of hydrogen.
 double cauchy_coefficient(double ior, double abbe);
 
+inline constexpr double kLeastIor = 1e-3;  // that a material may have, at any wavelength
+
 // The least index of refraction of all visible wavelengths.
 double least_ior(double ior, double abbe);
 

@@ -166,14 +166,14 @@ int SceneBuilder::add_material(const Material& given) {
   check_colour(m.k, "k", 1e3);
   fraction(m.roughness, "roughness");
   fraction(m.opacity, "opacity");
-  if (!(m.ior >= 1e-3 && m.ior <= 1e3)) throw Error("ior: must lie between 0.001 and 1000, got " + text(m.ior));
+  if (!(m.ior >= kLeastIor && m.ior <= 1e3)) throw Error("ior: must lie between 0.001 and 1000, got " + text(m.ior));
   if (m.kind == MaterialKind::Plastic && m.ior < 1.0) throw Error("ior: must be at least 1, got " + text(m.ior));
   if (!(m.exponent >= 0.0 && m.exponent <= 1e6))
     throw Error("exponent: must lie between 0 and 1e6, got " + text(m.exponent));
   if (m.abbe != 0.0) {
     if (!(m.abbe >= 1.0 && m.abbe <= 1e6)) throw Error("abbe: must lie between 1 and 1e6, got " + text(m.abbe));
     if (!m.smooth()) throw Error("abbe: is for polished surfaces alone, and this has a roughness of " + text(m.roughness));
-    if (const double least = least_ior(m.ior, m.abbe); least < 1e-3)
+    if (const double least = least_ior(m.ior, m.abbe); least < kLeastIor)
       throw Error("abbe: must be greater for an ior of " + text(m.ior) + ", as the index of refraction of violet light " +
                   "would be " + text(least) + ": it must be at least 0.001");
     m.dispersion = cauchy_coefficient(m.ior, m.abbe);

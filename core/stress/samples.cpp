@@ -51,7 +51,7 @@ Material random_material(Random& random, SceneBuilder& builder, double rough) {
       if (random() & 1) m.absorption = power_of_ten(random, -6, 6) * random_share(random);
       m.priority = static_cast<int>(random() % 3);
       if (m.roughness == 0.0 && once_in(random, 4)) m.abbe = power_of_ten(random, 0, 3);
-      if (m.abbe != 0.0 && least_ior(m.ior, m.abbe) < 1e-3) m.abbe = 0.0;  // is refused
+      if (m.abbe != 0.0 && least_ior(m.ior, m.abbe) < kLeastIor) m.abbe = 0.0;  // is refused
       break;
     case Plastic:
       m.ior = one_of(random, {1.5, 1.0, 1.0 + 1e-9, 1e3});

@@ -18,12 +18,12 @@ from . import error
 from .plan import MOST_IN_RANGE, Chunk, Plan, Tile
 
 _FORMAT = 6  # of saved tiles
-_MOST = float(np.finfo(np.float32).max)
+MOST_FLOAT = float(np.finfo(np.float32).max)
 
 
 def as_float32(values: np.ndarray) -> np.ndarray:
     """What is above the largest float becomes it: sums are finite, and images stay so."""
-    return np.clip(values, -_MOST, _MOST).astype(np.float32)
+    return np.clip(values, -MOST_FLOAT, MOST_FLOAT).astype(np.float32)
 
 
 @dataclass(frozen=True)
@@ -189,7 +189,7 @@ class Film:
             state = self._tiles[tile.index]
             if state.sums is not None:
                 image[tile.window] = error.variance(state.sums, state.samples)
-        return image if image.max() > _MOST else image.astype(np.float32)
+        return image if image.max() > MOST_FLOAT else image.astype(np.float32)
 
     def sample_counts(self) -> np.ndarray:
         """The samples of each pixel as it stands, uint32 [height, width]."""

@@ -14,9 +14,9 @@ import logging
 import numpy as np
 
 from .error import error_map
+from .film import MOST_FLOAT, as_float32
 
 _log = logging.getLogger(__name__)
-_MOST = float(np.finfo(np.float32).max)
 
 Layers = dict[str, np.ndarray]
 """Channel name -> float32 [h, w]."""
@@ -35,10 +35,10 @@ def error_layers(pixels: np.ndarray, variance: np.ndarray, samples: np.ndarray) 
         return counts
     layers = {f"variance.{name}": variance[..., channel] for channel, name in enumerate("RGB")}
     layers["error"] = error_map(pixels, variance)
-    if (variance > _MOST).any():
+    if (variance > MOST_FLOAT).any():
         _log.warning("the variance of some pixels is above %.2g, the most that an EXR's layer holds; it becomes that",
-                     _MOST)
-    layers = {name: np.minimum(layer, _MOST).astype(np.float32) for name, layer in layers.items()}
+                     MOST_FLOAT)
+    layers = {name: as_float32(layer) for name, layer in layers.items()}
     if not told.all():
         layers = {name: np.where(told, layer, np.float32(np.nan)) for name, layer in layers.items()}
     return layers | counts

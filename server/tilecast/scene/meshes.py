@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Iterator
 from pathlib import PurePosixPath
 from typing import Any, NamedTuple
 
@@ -101,24 +102,25 @@ def _read(data: bytes, kind: str, file: str, with_uvs: bool,
     return vertices, faces, uvs
 
 
-def _count(loaded: Any) -> int:
-    """The triangles of a scene's nodes, which may share them."""
+def _placed(loaded: Any) -> Iterator[Any]:
+    """The mesh of each of a scene's nodes, in the order of to_mesh()."""
     import trimesh
 
     geometries = (loaded.geometry[loaded.graph[node][1]] for node in loaded.graph.nodes_geometry)
-    return sum(len(geometry.faces) for geometry in geometries if isinstance(geometry, trimesh.Trimesh))
+    return (geometry for geometry in geometries if isinstance(geometry, trimesh.Trimesh))
+
+
+def _count(loaded: Any) -> int:
+    """The triangles of a scene's nodes, which may share them."""
+    return sum(len(mesh.faces) for mesh in _placed(loaded))
 
 
 def _uvs(loaded: Any) -> np.ndarray | None:
     """Texture coordinates of a scene's vertices in the order in which to_mesh() puts them together: float32 [n, 2]; None
     where there are none."""
-    import trimesh
-
     found = []
-    for node in loaded.graph.nodes_geometry:
-        geometry = loaded.geometry[loaded.graph[node][1]]
-        if isinstance(geometry, trimesh.Trimesh):
-            uv = getattr(geometry.visual, "uv", None)
-            if uv is not None and np.shape(uv) == (len(geometry.vertices), 2):
-                found.append(np.asarray(uv, np.float32))
+    for mesh in _placed(loaded):
+        uv = getattr(mesh.visual, "uv", None)
+        if uv is not None and np.shape(uv) == (len(mesh.vertices), 2):
+            found.append(np.asarray(uv, np.float32))
     return np.concatenate(found) if found else None

@@ -9,6 +9,7 @@ from typing import Any
 
 from . import messages, paths
 from .errors import SceneError
+from .parsing import Pairs
 
 
 def override(document: dict[str, Any], settings: Iterable[str]) -> dict[str, Any]:
@@ -30,20 +31,14 @@ def override(document: dict[str, Any], settings: Iterable[str]) -> dict[str, Any
 
 def value_of(text: str) -> Any:
     """The JSON value, or else the text itself."""
+    pairs = Pairs()
     try:
-        return json.loads(text, object_pairs_hook=_once)
-    except SceneError:
-        raise
+        value = json.loads(text, object_pairs_hook=pairs)
     except (ValueError, RecursionError):
         return text
-
-
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        twice = next(key for i, (key, _) in enumerate(pairs) if key in dict(pairs[:i]))
-        raise SceneError("", f"the setting has the key {twice!r} twice")
-    return found
+    if pairs.duplicates:
+        raise SceneError("", f"the setting has the key {pairs.duplicates[0][1]!r} twice")
+    return value
 
 
 def _put(document: Any, parts: list[paths.Part], value: Any) -> None:

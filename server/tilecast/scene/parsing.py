@@ -66,7 +66,7 @@ def read(text: bytes | str | dict) -> dict[str, Any]:
         except UnicodeDecodeError as error:
             raise SceneError("", f"is not JSON: byte {error.start} is not UTF-8 text") from None
     _refuse_depth(text)
-    pairs = _Pairs()
+    pairs = Pairs()
     try:
         document = json.loads(text, object_pairs_hook=pairs)
     except json.JSONDecodeError as error:
@@ -125,7 +125,7 @@ def _where(text: str) -> str:
     return f"at line {line + 1}, column {token.start() - text.rfind(chr(10), 0, token.start())}"
 
 
-class _Pairs:
+class Pairs:
     """Builds the JSON parser's dictionaries and notes those in which a key stood twice."""
 
     def __init__(self):
