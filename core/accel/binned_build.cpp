@@ -29,7 +29,7 @@ constexpr float kDoubt = 1.2f;
 // plane may cost, of what the split does: what overlaps is paid for again further down, which the heuristic does not see.
 // (Soup: 0.25 and 0.75 give 7 % more references, the least expected cost, and 0.36 million triangles a second; tried from
 // 0.2 on, 0.22 million at the same cost.)
-constexpr float kOverlap = 0.25f;
+constexpr float kSpatialOverlap = 0.25f;
 float most_cost(float overlap) { return std::min(0.75f + 0.75f * overlap, 1.1f); }
 
 Four cost_alone(Four32 count) { return __builtin_convertvector(count, Four); }
@@ -211,7 +211,7 @@ class Builder {
     const uint32_t room = range.end - range.first - range.count;
     if (room == 0 || split.axis < 0) return false;  // what lies at one place would, cut, do so again
     const float overlap = bins.overlap(split);
-    if (overlap < kOverlap * area) return false;
+    if (overlap < kSpatialOverlap * area) return false;
     const PlaneBins planes = bin(range, threads, [&] { return PlaneBins(range, primitives_); });
     const PlaneBins::Split plane = best_split(planes, range.count, room);
     return plane.cost < most_cost(overlap / area) * split.cost &&

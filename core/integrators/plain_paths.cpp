@@ -20,10 +20,10 @@ Double4 power_heuristic(Double4 a, Double4 b) {
   return 1.0 / (1.0 + ratio * ratio);
 }
 
-struct BasisLanes {
+struct Basis4 {
   Vec3x4 x, y, z;
 
-  explicit BasisLanes(const Vec3x4& n) : z(n) {
+  explicit Basis4(const Vec3x4& n) : z(n) {
     const Double4 sign = (Double4)(((Mask4)n.z & INT64_MIN) | (Mask4)all(1.0));
     const Double4 a = -1.0 / (sign + n.z), b = n.x * n.y * a;
     x = {1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x};
@@ -215,7 +215,7 @@ uint32_t PlainPaths::segment(uint32_t first, uint32_t to, uint32_t live, RayCoun
   }
 
   // --- What the lamp sends to it
-  const BasisLanes basis(up);
+  const Basis4 basis(up);
   const SamplerLanes<Uint4> sampler = sampler_of(first);
   uint32_t dimension = dimension_;
   Double4 u, v;

@@ -7,7 +7,7 @@
 namespace tilecast {
 namespace {
 
-constexpr double kFarthest = 1e30;  // metres: as much as a light may be bright
+constexpr double kFarthestSeen = 1e30;  // metres: as much as a light may be bright
 
 }  // namespace
 
@@ -30,7 +30,7 @@ std::vector<float> first_hits(const Scene& scene, const Tile& tile, uint32_t sam
         Surface surface = resolve(scene, ray, hit);
         albedo += weight * albedo_at(scene, surface, *surface.material);
         normal += weight * surface.normal;
-        distance += std::min(hit.t, kFarthest);
+        distance += std::min(hit.t, kFarthestSeen);
         ++hits;
       }
       albedo /= samples;

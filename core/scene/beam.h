@@ -7,9 +7,9 @@
 
 namespace tilecast {
 
-class Beam {
+class RayBeam {
  public:
-  Beam(const FloatLines& lines, uint32_t lanes, Float8 s_min) {
+  RayBeam(const FloatLines& lines, uint32_t lanes, Float8 s_min) {
     const Mask8 meant = lanes_of(lanes);
     const Float8 far = all(std::numeric_limits<float>::infinity());
     auto low = [&](Float8 x) { return least(meant ? x : far); };

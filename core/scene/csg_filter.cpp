@@ -7,9 +7,9 @@
 namespace tilecast {
 namespace {
 
-constexpr size_t kMostOperands = 1 << 17;  // 20 MB
+constexpr size_t kMostFilterOperands = 1 << 17;  // 20 MB
 constexpr double kMostStretch = 0x1p80;  // of a ball's map, squared: its own square, and that of its inverse, are floats
-constexpr double kExpected = 3, kShortest = 0x1p-6;  // batches on a stride, and its length in frame units
+constexpr double kExpected = 3, kShortestStride = 0x1p-6;  // batches on a stride, and its length in frame units
 
 using Batch = CsgFilter::Batch;
 
@@ -160,7 +160,7 @@ void put_boxes(std::vector<FrameBox> box, const FrameBox& result, CsgFilter& out
   }
   for (int i = 0; i < 3; ++i) volume *= double(result.hi[i]) - result.lo[i];
   if (area > 0.0)
-    out.stride = static_cast<float>(std::clamp(kExpected * 2.0 * volume / area, kShortest, double(kNowhere)));
+    out.stride = static_cast<float>(std::clamp(kExpected * 2.0 * volume / area, kShortestStride, double(kNowhere)));
   do {
     out.levels.push_back(static_cast<uint32_t>(out.boxes.size()));
     std::vector<FrameBox> above;
@@ -178,7 +178,7 @@ void put_boxes(std::vector<FrameBox> box, const FrameBox& result, CsgFilter& out
 CsgFilter make_filter(const Csg& csg, const Scene& scene) {
   CsgFilter out;
   const Assembly& assembly = csg.assembly;
-  if (assembly.instances.size() > kMostOperands || csg.nodes.size() > kMostFilterNodes) return out;
+  if (assembly.instances.size() > kMostFilterOperands || csg.nodes.size() > kMostFilterNodes) return out;
   for (const Instance& instance : assembly.instances)
     if (scene.objects[instance.object].kind != Kind::Solid) return out;
   // In the order of the hierarchy's leaves, which is that of places; large operands apart from small ones.

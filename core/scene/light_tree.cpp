@@ -7,10 +7,10 @@
 namespace tilecast {
 namespace {
 
-constexpr int kBins = 12;
-constexpr size_t kFew = 4;       // lights that are just halved
-constexpr int kGreedyDepth = 32; // further down nodes are halved, so that the tree ends
-constexpr double kNear = 3.0;    // radii
+constexpr int kLightBins = 12;
+constexpr size_t kFewLights = 4;     // lights that are just halved
+constexpr int kGreedyDepth = 32;     // further down nodes are halved, so that the tree ends
+constexpr double kNearLights = 3.0;  // radii
 
 // Cosine and sine of max(0, a - b), of angles in [0, pi].
 double cos_less(double sin_a, double cos_a, double sin_b, double cos_b) {
@@ -134,24 +134,24 @@ void LightTree::build(std::vector<Item>& items, size_t begin, size_t end, int de
   const Vec3 extent = centres.hi - centres.lo;
   int axis = extent.x >= extent.y ? (extent.x >= extent.z ? 0 : 2) : (extent.y >= extent.z ? 1 : 2);
   size_t middle = begin;
-  if (end - begin > kFew && depth < kGreedyDepth && extent[axis] > 0.0) {
+  if (end - begin > kFewLights && depth < kGreedyDepth && extent[axis] > 0.0) {
     auto bin_of = [&](const Item& item, int a) {
       const double at = (item.bounds.box.centre()[a] - centres.lo[a]) / extent[a];
-      return std::min(kBins - 1, static_cast<int>(at * kBins));
+      return std::min(kLightBins - 1, static_cast<int>(at * kLightBins));
     };
     double best = kInfinity;
     int best_axis = axis, best_bin = 0;
     for (int a = 0; a < 3; ++a) {
       if (!(extent[a] > 0.0)) continue;
-      LightBounds bins[kBins], from_right[kBins];
+      LightBounds bins[kLightBins], from_right[kLightBins];
       for (size_t i = begin; i < end; ++i) {
         LightBounds& bin = bins[bin_of(items[i], a)];
         bin = around(bin, items[i].bounds);
       }
-      from_right[kBins - 1] = bins[kBins - 1];
-      for (int b = kBins - 2; b > 0; --b) from_right[b] = around(bins[b], from_right[b + 1]);
+      from_right[kLightBins - 1] = bins[kLightBins - 1];
+      for (int b = kLightBins - 2; b > 0; --b) from_right[b] = around(bins[b], from_right[b + 1]);
       LightBounds left;
-      for (int b = 0; b + 1 < kBins; ++b) {
+      for (int b = 0; b + 1 < kLightBins; ++b) {
         left = around(left, bins[b]);
         if (left.box.empty() || from_right[b + 1].box.empty()) continue;
         const double here = extent[axis] / extent[a] * (cost(left) + cost(from_right[b + 1]));
@@ -179,7 +179,7 @@ void LightTree::build(std::vector<Item>& items, size_t begin, size_t end, int de
 
 bool LightTree::Node::near(const LitPlace& place) const {
   const Vec3 from = place.point - centre;
-  return second > 0 && glm::dot(from, from) < kNear * kNear * radius * radius;
+  return second > 0 && glm::dot(from, from) < kNearLights * kNearLights * radius * radius;
 }
 
 double LightTree::Cut::total() const {

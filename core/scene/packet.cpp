@@ -141,7 +141,7 @@ class Packet {
     }
     auto last = [&] { return greatest(lanes_of(lanes & open_) ? s_max : all(-kNowhere)); };
     float farthest = last();
-    group.wide->traverse_together(Beam(lines, lanes, s_min), lanes, farthest, clip, [&](uint32_t index, uint32_t met) {
+    group.wide->traverse_together(RayBeam(lines, lanes, s_min), lanes, farthest, clip, [&](uint32_t index, uint32_t met) {
       visit_instance(group, index, rays, base, met);
       if (!kAny) s_max = lines.s_above(t_max_);
       farthest = last();

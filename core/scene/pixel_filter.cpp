@@ -9,9 +9,9 @@ namespace {
 
 constexpr int kCells = 448;  // a multiple of 7: Mitchell's filter changes its sign at 8/7 of 2, between two cells
 constexpr double kNegativeFrom = 8.0 / 7.0;
-constexpr double kSpread = 0.5;  // standard deviation of the Gaussian, pixels
+constexpr double kGaussianSpread = 0.5;  // standard deviation of the Gaussian, pixels
 
-double gaussian(double x) { return exp_negative(-0.5 * x * x / (kSpread * kSpread)); }
+double gaussian(double x) { return exp_negative(-0.5 * x * x / (kGaussianSpread * kGaussianSpread)); }
 
 // Mitchell and Netravali, "Reconstruction Filters in Computer Graphics", SIGGRAPH 1988, with B = C = 1/3.
 double mitchell(double x) {

@@ -8,7 +8,7 @@
 namespace tilecast {
 namespace {
 
-constexpr int kWidth = 512, kHeight = 256;
+constexpr int kSkyWidth = 512, kSkyHeight = 256;
 
 // Perez's formula: how a quantity goes over the sky. a .. e are linear in the turbidity.
 struct Perez {
@@ -57,15 +57,15 @@ Environment make_environment(const Sky& sky) {
                           t * (-0.04214 * s3 + 0.08970 * s2 - 0.04153 * s + 0.00516) +
                           0.15346 * s3 - 0.26756 * s2 + 0.06670 * s + 0.26688;
 
-  std::vector<Vec3f> pixels(size_t(kWidth) * kHeight);
+  std::vector<Vec3f> pixels(size_t(kSkyWidth) * kSkyHeight);
   Rgb irradiance(0.0);
-  for (int row = 0; row < kHeight / 2; ++row) {
+  for (int row = 0; row < kSkyHeight / 2; ++row) {
     double sine, cosine, half, ignored;
-    sincos_2pi(0.5 * (row + 0.5) / kHeight, sine, cosine);
-    sincos_2pi(0.25 / kHeight, half, ignored);
-    for (int column = 0; column < kWidth; ++column) {
+    sincos_2pi(0.5 * (row + 0.5) / kSkyHeight, sine, cosine);
+    sincos_2pi(0.25 / kSkyHeight, half, ignored);
+    for (int column = 0; column < kSkyWidth; ++column) {
       double across, ahead;
-      const double turn = (column + 0.5) / kWidth + 0.5;
+      const double turn = (column + 0.5) / kSkyWidth + 0.5;
       sincos_2pi(turn - std::floor(turn), across, ahead);
       const Vec3 direction(sine * across, cosine, -sine * ahead);
       const double to_sun = 2.0 * kPi * turns_between(direction, sun), cos_sun = glm::dot(direction, sun);
@@ -74,13 +74,13 @@ Environment make_environment(const Sky& sky) {
       };
       const Rgb value = sky.scale * to_rgb(quantity(chroma_x, zenith_x), quantity(chroma_y, zenith_y),
                                            std::max(0.0, quantity(luminance, zenith)));
-      pixels[size_t(row) * kWidth + column] = Vec3f(value);
-      irradiance += value * (cosine * 2.0 * sine * half * (2.0 * kPi / kWidth));
+      pixels[size_t(row) * kSkyWidth + column] = Vec3f(value);
+      irradiance += value * (cosine * 2.0 * sine * half * (2.0 * kPi / kSkyWidth));
     }
   }
   const Vec3f ground(sky.ground * irradiance * kInvPi);
   std::fill(pixels.begin() + pixels.size() / 2, pixels.end(), ground);
-  return Environment(std::move(pixels), kWidth, kHeight, 0.0);
+  return Environment(std::move(pixels), kSkyWidth, kSkyHeight, 0.0);
 }
 
 }  // namespace tilecast

@@ -99,7 +99,7 @@ double reciprocity_error(Random& random, uint64_t) {
 
 constexpr int kMedia = 4;
 
-const std::vector<std::array<int, 2 * kMedia>>& arrangements() {
+const std::vector<std::array<int, 2 * kMedia>>& orders_of_ends() {
   static const std::vector<std::array<int, 2 * kMedia>> all = [] {
     std::vector<std::array<int, 2 * kMedia>> out;
     std::array<int, 2 * kMedia> ends{0, 0, 1, 1, 2, 2, 3, 3};
@@ -111,9 +111,9 @@ const std::vector<std::array<int, 2 * kMedia>>& arrangements() {
 }
 
 double wrong_media(Random& random, uint64_t i) {
-  const auto& ends = arrangements()[i % arrangements().size()];
+  const auto& ends = orders_of_ends()[i % orders_of_ends().size()];
   std::array<int, kMedia> priorities{0, 1, 2, 3};
-  for (uint64_t k = i / arrangements().size() % 24; k > 0; --k) std::next_permutation(priorities.begin(), priorities.end());
+  for (uint64_t k = i / orders_of_ends().size() % 24; k > 0; --k) std::next_permutation(priorities.begin(), priorities.end());
 
   SceneBuilder builder;
   std::vector<InstanceSource> placed;

@@ -13,7 +13,7 @@
 namespace tilecast::stress {
 namespace {
 
-constexpr int kWidth = 48, kHeight = 36, kSamples = 4;
+constexpr int kWidth = 48, kHeight = 36, kTileSamples = 4;
 
 // Something of everything, so that shared buffers would show.
 std::shared_ptr<const Scene> showcase(Integrator integrator, uint32_t seed) {
@@ -52,7 +52,7 @@ std::vector<double> render(const Scene& scene, int threads, int tile, Random& ra
   auto work = [&] {
     for (size_t i; (i = next++) < tiles.size();) {
       const Tile& t = tiles[i];
-      std::vector<double> sums = render_chunk(scene, t, 0, kSamples).sums;
+      std::vector<double> sums = render_chunk(scene, t, 0, kTileSamples).sums;
       for (int half = 0; half < 2; ++half)
         for (int row = 0; row < t.height; ++row)
           std::copy_n(&sums[(half * t.height + row) * t.width * 3], t.width * 3,
@@ -78,13 +78,13 @@ double unlike(const std::vector<double>& found, const std::vector<double>& expec
 double differing(Random& random, uint64_t i) {
   constexpr int kThreads[] = {1, 2, 7}, kTiles[] = {5, 16, kWidth};
   auto scene = showcase(i % 2 ? Integrator::Whitted : Integrator::Path, static_cast<uint32_t>(i / 18));
-  std::vector<double> expected = render_chunk(*scene, {0, 0, kWidth, kHeight}, 0, kSamples).sums;
+  std::vector<double> expected = render_chunk(*scene, {0, 0, kWidth, kHeight}, 0, kTileSamples).sums;
   return unlike(render(*scene, kThreads[i / 2 % 3], kTiles[i / 6 % 3], random), expected);
 }
 
 // --- Vector widths: those that the kernels are compiled for and this processor has; the first is used.
 
-constexpr size_t kRays = 512;
+constexpr size_t kTracedRays = 512;
 
 // The showcase's sums, and what rays through its mesh meet, one by one and together.
 std::vector<double> seen(const Scene& scene, const std::vector<Ray>& rays) {
@@ -110,9 +110,9 @@ double differing_by_width(Random& random, uint64_t i) {
   static std::mutex one;  // the choice is the process's
   std::lock_guard lock(one);
   auto scene = showcase(i % 2 ? Integrator::Whitted : Integrator::Path, static_cast<uint32_t>(i));
-  std::vector<Ray> rays(kRays);
-  for (size_t k = 0; k < kRays; ++k)  // the first half from one point, side by side: packets
-    rays[k] = 2 * k < kRays ? Ray{Vec3(0.3, 0.2, 4), Vec3(-0.9 + 0.11 * (k % 16), -0.9 + 0.11 * (k / 16), -3)} : random_ray(random, 3.0);
+  std::vector<Ray> rays(kTracedRays);
+  for (size_t k = 0; k < kTracedRays; ++k)  // the first half from one point, side by side: packets
+    rays[k] = 2 * k < kTracedRays ? Ray{Vec3(0.3, 0.2, 4), Vec3(-0.9 + 0.11 * (k % 16), -0.9 + 0.11 * (k / 16), -3)} : random_ray(random, 3.0);
   std::vector<double> expected;
   double differ = 0.0;
   for (int64_t target : hwy::SupportedAndGeneratedTargets()) {

@@ -13,25 +13,25 @@ namespace {
 
 using namespace stress;
 
-constexpr int kWidth = 48, kHeight = 32;
+constexpr int kViewWidth = 48, kViewHeight = 32;
 
 // Renders one sample a pixel and gives each ray with its colour.
 template <class Check>
 void for_each_sample(const Scene& scene, Check&& check) {
-  ChunkSums chunk = render_chunk(scene, {0, 0, kWidth, kHeight}, 0, 1);
-  EXPECT_EQ(chunk.rays.camera, uint64_t(kWidth) * kHeight);
+  ChunkSums chunk = render_chunk(scene, {0, 0, kViewWidth, kViewHeight}, 0, 1);
+  EXPECT_EQ(chunk.rays.camera, uint64_t(kViewWidth) * kViewHeight);
   EXPECT_EQ(chunk.rays.bounce + chunk.rays.shadow, 0u);
-  for (int y = 0; y < kHeight; ++y)
-    for (int x = 0; x < kWidth; ++x) {
+  for (int y = 0; y < kViewHeight; ++y)
+    for (int x = 0; x < kViewWidth; ++x) {
       Vec2 jitter = Sampler(x, y, 0, scene.seed).next2();
-      const double* c = &chunk.sums[3 * (y * kWidth + x)];
+      const double* c = &chunk.sums[3 * (y * kViewWidth + x)];
       check(scene.camera.ray(x + jitter.x, y + jitter.y), Rgb(c[0], c[1], c[2]));
     }
 }
 
 SceneBuilder with_camera() {
   SceneBuilder builder;
-  builder.set_camera(Camera(Vec3(0.5, 1, 6), Vec3(0), Vec3(0, 1, 0), 40, kWidth, kHeight));
+  builder.set_camera(Camera(Vec3(0.5, 1, 6), Vec3(0), Vec3(0, 1, 0), 40, kViewWidth, kViewHeight));
   return builder;
 }
 
