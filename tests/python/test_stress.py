@@ -49,7 +49,7 @@ def test_json_on_standard_output_leaves_the_table_to_the_other():
 
 
 def test_names_what_it_does_not_know():
-    result = run("--only", "watertight,nonsense")
+    result = run("--only", "watertight", "--only", "even-crossings,nonsense")
     assert result.returncode == 2 and result.stderr.startswith("tilecast: --only: no case is called 'nonsense'")
 
 

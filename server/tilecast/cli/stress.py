@@ -24,7 +24,9 @@ def stress(
     long: Annotated[bool, typer.Option("--long", help="So many cases that none failing bounds the rate of failures by "
                                                       "3e-9: hours.")] = False,
     quick: Annotated[bool, typer.Option("--quick", help="A fiftieth of the cases: seconds.")] = False,
-    only: Annotated[str | None, typer.Option(metavar="NAME,...", help="These cases alone.", show_default=False)] = None,
+    only: Annotated[
+        list[str] | None, typer.Option(metavar="NAME,...", help="These cases alone.", show_default=False)
+    ] = None,
     output: Annotated[str | None, typer.Option(
         "--json", metavar="FILE|-", show_default=False,
         help="Write the table as JSON, too; -: to standard output, and the table to standard error.")] = None,
@@ -121,10 +123,10 @@ def holds(rows: list[Row]) -> bool:
     return all(row["holds"] for row in rows)
 
 
-def _chosen(cases: list[Any], only: str | None) -> list[Any]:
-    if only is None:
+def _chosen(cases: list[Any], only: list[str] | None) -> list[Any]:
+    if not only:
         return cases
-    wanted = [name.strip() for name in only.split(",")]
+    wanted = [name.strip() for name in ",".join(only).split(",")]
     for name in wanted:
         if name not in {case.name for case in cases}:
             fail(f"--only: no case is called {name!r}; there are {', '.join(case.name for case in cases)}", BAD_SCENE)
