@@ -5,7 +5,6 @@
 namespace tilecast {
 namespace {
 
-constexpr int kChannels = 3;
 constexpr double kCaution = 1.5;  // times the noise: what the neighbours must differ by from the window to be structure
 constexpr double kNear = 1.0 / 8, kWide = 1.0 / 80;  // of a pixel's noise: that of its neighbours' mean, of its window's
 

@@ -8,7 +8,6 @@
 namespace tilecast {
 namespace {
 
-constexpr size_t kColors = 3;
 constexpr double kThird = 1.0 / 3;
 
 // The means of some samples' halves, by three times the pixel plus the channel.
@@ -17,7 +16,7 @@ struct Halves {
   double to_a, to_b;
 
   Halves(const SampleSums& of, size_t pixels)
-      : even(of.sums), odd(even + kColors * pixels), to_a(1.0 / ((of.samples + 1) / 2)), to_b(1.0 / (of.samples / 2)) {}
+      : even(of.sums), odd(even + kChannels * pixels), to_a(1.0 / ((of.samples + 1) / 2)), to_b(1.0 / (of.samples / 2)) {}
   double a(size_t at) const { return even[at] * to_a; }
   double b(size_t at) const { return odd[at] * to_b; }
 };
@@ -28,7 +27,7 @@ void moments(const SampleSums& of, Planes& means, Planes& variances, size_t firs
   const double n_a = (of.samples + 1) / 2, n_b = of.samples / 2, n = of.samples;
   const double to_mean = 1.0 / n, share = n_a * n_b / (n * n);
   for (size_t i = 0, at = 0; i < means.pixels; ++i)
-    for (size_t c = 0; c < kColors; ++c, ++at) {
+    for (size_t c = 0; c < kChannels; ++c, ++at) {
       const double off = halves.a(at) - halves.b(at);
       means[first + c][i] = (halves.even[at] + halves.odd[at]) * to_mean;
       variances[first + c][i] = off * off * share;
@@ -47,7 +46,7 @@ double half_share(int first, int last, int odd) {
 ErrorPartials error_partials(int height, int width, const SampleSums& all, const std::optional<SampleParts>& parts,
                              const std::optional<ErrorPartials>& previous) {
   const bool split = parts && std::min(parts->first.samples, parts->last.samples) >= 2;
-  const size_t planes = kColors * (split ? 3 : 1);
+  const size_t planes = kChannels * (split ? 3 : 1);
   Planes means(height, width, planes), variances(height, width, planes);
   moments(all, means, variances, 0);
   const size_t pixels = means.pixels;
@@ -58,7 +57,7 @@ ErrorPartials error_partials(int height, int width, const SampleSums& all, const
     const Planes weights = error_weights(means, variances);
     for (size_t i = 0; i < pixels; ++i) {
       double v = 0.0, relative = 0.0;
-      for (size_t c = 0; c < kColors; ++c) {
+      for (size_t c = 0; c < kChannels; ++c) {
         v += variances[c][i] * kThird;
         relative += variances[c][i] * weights[c][i] * kThird;
       }
@@ -75,8 +74,8 @@ ErrorPartials error_partials(int height, int width, const SampleSums& all, const
     }
   } else {
     const int first = parts->first.samples, last = parts->last.samples;
-    moments(parts->first, means, variances, kColors);
-    moments(parts->last, means, variances, 2 * kColors);
+    moments(parts->first, means, variances, kChannels);
+    moments(parts->last, means, variances, 2 * kChannels);
     const Halves before(parts->first, pixels), in(parts->last, pixels);
     const Planes weights = error_weights(means, variances);
     const double to_a = half_share(first, last, 1), to_b = half_share(first, last, 0);
@@ -88,10 +87,10 @@ ErrorPartials error_partials(int height, int width, const SampleSums& all, const
     std::fill_n(out.begin() + 4, 4, 0.0);
     for (size_t i = 0; i < pixels; ++i) {
       double product = 0.0, relative_product = 0.0, all_channels = 0.0, relative = 0.0;
-      for (size_t c = 0; c < kColors; ++c) {
+      for (size_t c = 0; c < kChannels; ++c) {
         const double v = variances[c][i], v_first = variances[3 + c][i], v_last = variances[6 + c][i];
         const double weight = weights[c][i], by_first = weights[3 + c][i], by_last = weights[6 + c][i];
-        const size_t at = i * kColors + c;
+        const size_t at = i * kChannels + c;
         const double a = before.a(at) - in.a(at), b = before.b(at) - in.b(at);
         const double square = a * a * to_a + b * b * to_b, both = a * b * to_both;
         const double crossed = 0.5 * (by_first + by_last);

@@ -6,6 +6,8 @@
 
 namespace tilecast {
 
+inline constexpr size_t kChannels = 3;  // of a colour
+
 // Memory that a thread keeps for the next tile: fresh pages cost more than what is reckoned in them.
 std::pmr::memory_resource* plane_memory();
 
