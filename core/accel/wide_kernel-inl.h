@@ -102,7 +102,7 @@ HWY_INLINE Crossed crossed(const V vertices[3][3], const V origin[3], V shear_x,
 // One triangle and ray that may cross, in double. True where the search is at its end.
 template <class Query>
 HWY_INLINE bool offer(const TriangleBlock& block, int lane, FrameRays& rays, int ray, bool tie, bool from_front, Query& query) {
-  const int x = rays.x[ray], y = rays.y[ray], z = rays.z[ray];
+  const uint8_t x = rays.axes[ray][0], y = rays.axes[ray][1], z = rays.axes[ray][2];
   float vertices[3][3];
   for (int v = 0; v < 3; ++v)
     vertices[v][0] = block.vertices[v][x][lane], vertices[v][1] = block.vertices[v][y][lane], vertices[v][2] = block.vertices[v][z][lane];
@@ -120,7 +120,7 @@ HWY_INLINE bool offer(const TriangleBlock& block, int lane, FrameRays& rays, int
 struct RayLanes {
   using V = hn::Vec<Floats>;
   HWY_INLINE RayLanes(const FrameRays& rays, int ray)
-      : axes{rays.x[ray], rays.y[ray], rays.z[ray]}, shear_x(hn::Set(Floats(), rays.shear_x[ray])),
+      : axes{rays.axes[ray][0], rays.axes[ray][1], rays.axes[ray][2]}, shear_x(hn::Set(Floats(), rays.shear_x[ray])),
         shear_y(hn::Set(Floats(), rays.shear_y[ray])) {
     for (int i = 0; i < 3; ++i) origin[i] = hn::Set(Floats(), rays.swapped_origin[i][ray]);
   }

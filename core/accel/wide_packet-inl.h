@@ -38,8 +38,9 @@ HWY_INLINE bool bound(FrameRays& rays, int begin, uint32_t inside, PacketBounds&
   const auto octant = hn::Set(w, out.octant);
   if (!hn::AllTrue(w, hn::And(hn::Eq(hn::Load(w, rays.octant + begin), octant), hn::Eq(hn::Load(w, rays.octant + begin + 8), octant))))
     return false;
-  const hn::FixedTag<uint8_t, FrameRays::kPacket> bytes;
-  out.one_shear = hn::AllTrue(bytes, hn::Eq(hn::LoadU(bytes, rays.z + begin), hn::Set(bytes, rays.z[first])));
+  const auto* axes = reinterpret_cast<const uint32_t*>(rays.axes);
+  const auto shear = hn::Set(w, axes[first]);
+  out.one_shear = hn::AllTrue(w, hn::And(hn::Eq(hn::Load(w, axes + begin), shear), hn::Eq(hn::Load(w, axes + begin + 8), shear)));
   auto extremes = [&](const float* values, float& lo, float& hi) {
     const V a = hn::Load(d, values + begin), b = hn::Load(d, values + begin + 8);
     lo = hn::GetLane(hn::MinOfLanes(d, hn::Min(a, b)));
@@ -102,6 +103,12 @@ HWY_INLINE uint32_t meeting(const WideNode& node, uint32_t slot, const FrameRays
   return out;
 }
 
+// How many triangles a block has, without a branch.
+HWY_INLINE int count(const TriangleBlock& block) {
+  const Words w;
+  return std::popcount(bits(w, hn::Ne(hn::Load(w, block.face), hn::Set(w, TriangleBlock::kNone))));
+}
+
 // A block's triangles, one after the other, against all rays of `active`, which have one shear; those that are at their
 // end are taken out.
 template <class QueryOf>
@@ -109,12 +116,13 @@ HWY_INLINE void test_block(const TriangleBlock& block, int triangles, FrameRays&
   const Floats d;
   using V = hn::Vec<Floats>;
   const int first = begin + std::countr_zero(meeting);
-  const int axes[3] = {rays.x[first], rays.y[first], rays.z[first]};
+  const uint8_t* axes = rays.axes[first];
   for (int lane = 0; lane < triangles; ++lane) {
     V vertices[3][3];
     for (int v = 0; v < 3; ++v)
       for (int i = 0; i < 3; ++i) vertices[v][i] = hn::Set(d, block.vertices[v][axes[i]][lane]);
     for (int half = 0; half < FrameRays::kPacket; half += WideNode::kWidth) {
+      if ((meeting >> half & 0xff) == 0) continue;
       const int from = begin + half;
       V origin[3];
       for (int i = 0; i < 3; ++i) origin[i] = hn::Load(d, rays.swapped_origin[i] + from);
@@ -157,7 +165,7 @@ HWY_INLINE uint32_t trace_packet(const WideBvh& bvh, FrameRays& rays, int begin,
     const uint32_t met = meeting(parent, slot, rays, begin, bounds.octant) & active;
     if ((patience += std::popcount(met) - kEnough) < 0) return active;
     if (met == 0) continue;
-    const int triangles = block.count();
+    const int triangles = count(block);
     if (bounds.one_shear && std::popcount(met) > triangles) {
       test_block(block, triangles, rays, begin, met, active, query_of);
     } else {

@@ -34,14 +34,12 @@ struct alignas(32) FrameRays {
   float swapped_origin[3][kSize];    // origin in the order x, y, z
   uint32_t near_plane[3][kSize];     // where in WideNode::planes the first plane of each axis stands that the ray meets
   float s_min[kSize], s_max[kSize];  // s_max goes down with the hits
-  // As in ShearedLine.
-  double sheared_origin[3][kSize];
-  double shear_x64[kSize], shear_y64[kSize], along[kSize];
+  double origin64[3][kSize], direction64[3][kSize];  // before rounding
   double t_start[kSize], t_scale[kSize];
   double t_min[kSize], t_max[kSize];
-  uint32_t octant[kSize];                 // bit i: component i of the direction is negative
-  uint8_t x[kSize], y[kSize], z[kSize];   // axes, as in FrameRay
-  uint64_t inside;                        // bit i: line i may meet the frame's content
+  uint32_t octant[kSize];     // bit i: component i of the direction is negative
+  uint8_t axes[kSize][4];     // x, y and z, as in FrameRay
+  uint64_t inside;            // bit i: line i may meet the frame's content
 
   // Lane 0 alone.
   FrameRays() = default;
@@ -54,19 +52,19 @@ struct alignas(32) FrameRays {
       octant[0] |= static_cast<uint32_t>(std::signbit(from.reciprocal[axis])) << axis;
       near_plane[axis][0] = WideNode::kWidth * (2 * axis + (octant[0] >> axis & 1));
     }
-    swapped_origin[0][0] = from.origin[from.x], swapped_origin[1][0] = from.origin[from.y], swapped_origin[2][0] = from.origin[from.z];
-    const ShearedLine exact = tilecast::sheared(from);
-    for (int i = 0; i < 3; ++i) sheared_origin[i][0] = exact.origin[i];
-    shear_x64[0] = exact.shear_x, shear_y64[0] = exact.shear_y, along[0] = exact.along;
+    for (int i = 0; i < 3; ++i) origin64[i][0] = from.origin64[i], direction64[i][0] = from.direction64[i];
     shear_x[0] = from.shear_x, shear_y[0] = from.shear_y;
-    x[0] = static_cast<uint8_t>(from.x), y[0] = static_cast<uint8_t>(from.y), z[0] = static_cast<uint8_t>(from.z);
+    swapped_origin[0][0] = from.origin[from.x], swapped_origin[1][0] = from.origin[from.y], swapped_origin[2][0] = from.origin[from.z];
+    axes[0][0] = static_cast<uint8_t>(from.x), axes[0][1] = static_cast<uint8_t>(from.y), axes[0][2] = static_cast<uint8_t>(from.z);
     t_start[0] = from.t_start, t_scale[0] = from.t_scale;
     t_min[0] = from_t_min, t_max[0] = from_t_max;
     s_min[0] = from.s_below(from_t_min), s_max[0] = from.s_above(from_t_max);
   }
 
   ShearedLine sheared(int i) const {
-    return {{sheared_origin[0][i], sheared_origin[1][i], sheared_origin[2][i]}, shear_x64[i], shear_y64[i], along[i], t_start[i], t_scale[i]};
+    const uint8_t x = axes[i][0], y = axes[i][1], z = axes[i][2];
+    const double along = direction64[z][i];
+    return {{origin64[x][i], origin64[y][i], origin64[z][i]}, direction64[x][i] / along, direction64[y][i] / along, along, t_start[i], t_scale[i]};
   }
 
   // What box tests look at.
@@ -76,9 +74,10 @@ struct alignas(32) FrameRays {
       reciprocal[axis][to] = reciprocal[axis][from];
       scaled_origin[axis][to] = scaled_origin[axis][from];
     }
-    s_min[to] = s_min[from], s_max[to] = s_max[from], octant[to] = octant[from], z[to] = z[from];
+    s_min[to] = s_min[from], s_max[to] = s_max[from], octant[to] = octant[from];
     shear_x[to] = shear_x[from], shear_y[to] = shear_y[from];
     for (auto& origins : swapped_origin) origins[to] = origins[from];
+    std::copy_n(axes[from], 4, axes[to]);
   }
 
   void lower_t_max(int i, double t) {
@@ -103,8 +102,9 @@ HWY_INLINE void load_columns(const Ray* const rays[4], V out[8]) {
   }
 }
 
-// The axes x, y and z of a FrameRay, where z is the first one (1), the second (2) or the third (0), 4 more: backwards.
-inline constexpr uint8_t kAxes[7][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {}, {1, 0, 2}, {2, 1, 0}, {0, 2, 1}};
+// The axes x, y and z of a FrameRay, a byte each, where z is the first one (1), the second (2) or the third (0), 4 more:
+// backwards.
+alignas(32) inline constexpr uint32_t kAxes[8] = {0x020100, 0x000201, 0x010002, 0, 0x020001, 0x000102, 0x010200, 0};
 
 // At most kSize rays. Lanes beyond `count` repeat the last ray and are not inside.
 HWY_INLINE void enter_frame(const Frame& frame, const Ray* const* rays, int count, FrameRays& out) {
@@ -125,7 +125,7 @@ HWY_INLINE void enter_frame(const Frame& frame, const Ray* const* rays, int coun
     load_columns(r, columns);
     V origin[3], direction[3], start[3];
     for (int i = 0; i < 3; ++i) {
-      origin[i] = hn::Mul(hn::Sub(columns[i], hn::Set(d, frame.centre[i])), hn::Set(d, 1.0 / frame.scale));
+      origin[i] = hn::Mul(hn::Sub(columns[i], hn::Set(d, frame.centre[i])), hn::Set(d, frame.per_metre));
       direction[i] = columns[3 + i];
     }
     const V largest = hn::Max(hn::Max(hn::Abs(direction[0]), hn::Abs(direction[1])), hn::Abs(direction[2]));
@@ -139,13 +139,14 @@ HWY_INLINE void enter_frame(const Frame& frame, const Ray* const* rays, int coun
     // Content lies within sqrt(3) of the centre; a comparison with NaN is false.
     const auto inside = hn::And(finite, hn::Le(dot(start, start), hn::Set(d, 4.0)));
 
-    V rounded[3], rounded_start[3];  // directions and starts
+    using F = hn::Vec<decltype(f)>;
+    F rounded[3], rounded_start[3];  // directions and starts
     auto octant = hn::Zero(f_bits);
     for (int i = 0; i < 3; ++i) {
       const auto o = demoted_to_grid(start[i]), dir = demoted_to_grid(direction[i]);
       const auto least = hn::Set(f, 0x1p-40f);
       const auto reciprocal = hn::Div(hn::Set(f, 1.0f), hn::IfThenElse(hn::Lt(hn::Abs(dir), least), hn::CopySign(least, dir), dir));
-      rounded[i] = hn::PromoteTo(d, dir), rounded_start[i] = hn::PromoteTo(d, o);
+      rounded[i] = dir, rounded_start[i] = o;
       const auto negative = hn::ShiftRight<31>(hn::BitCast(f_bits, reciprocal));
       octant = hn::Or(octant, hn::ShiftLeftSame(negative, i));
       const auto near_plane = hn::Add(hn::Set(f_bits, 2 * WideNode::kWidth * i), hn::ShiftLeft<3>(negative));
@@ -154,44 +155,43 @@ HWY_INLINE void enter_frame(const Frame& frame, const Ray* const* rays, int coun
       hn::Store(o, f, out.origin[i] + begin);
       hn::Store(reciprocal, f, out.reciprocal[i] + begin);
       hn::Store(hn::Mul(o, reciprocal), f, out.scaled_origin[i] + begin);
+      hn::Store(start[i], d, out.origin64[i] + begin);
+      hn::Store(direction[i], d, out.direction64[i] + begin);
     }
     hn::Store(octant, f_bits, out.octant + begin);
 
     const V size[3] = {hn::Abs(direction[0]), hn::Abs(direction[1]), hn::Abs(direction[2])};
     const auto z_is_x = hn::And(hn::Ge(size[0], size[1]), hn::Ge(size[0], size[2]));
     const auto z_is_y = hn::And(hn::Lt(size[0], size[1]), hn::Ge(size[1], size[2]));
-    auto axis = [&](int of_x, int of_y, int of_z, const V* v) {
-      return hn::IfThenElse(z_is_x, v[of_x], hn::IfThenElse(z_is_y, v[of_y], v[of_z]));
+    const hn::FixedTag<uint64_t, 4> d_words;
+    auto number = [&](uint64_t n) { return hn::BitCast(d, hn::Set(d_words, n)); };
+    const auto z_axis = hn::TruncateTo(f_bits, hn::BitCast(d_words, hn::IfThenElse(z_is_x, number(1), hn::IfThenElseZero(z_is_y, number(2)))));
+    const auto first = hn::RebindMask(f, hn::Eq(z_axis, hn::Set(f_bits, 1))), second = hn::RebindMask(f, hn::Eq(z_axis, hn::Set(f_bits, 2)));
+    auto axis = [&](const F* of, int of_first, int of_second, int of_third) {  // where z is the first axis, the second, or the third
+      return hn::IfThenElse(first, of[of_first], hn::IfThenElse(second, of[of_second], of[of_third]));
     };
-    const auto backwards = hn::Lt(axis(0, 1, 2, rounded), hn::Zero(d));
-    auto sheared = [&](const V* v, V& x, V& y, V& z) {
-      const V first = axis(1, 2, 0, v), second = axis(2, 0, 1, v);
-      x = hn::IfThenElse(backwards, second, first), y = hn::IfThenElse(backwards, first, second), z = axis(0, 1, 2, v);
+    const F z = axis(rounded, 0, 1, 2);
+    const auto backwards = hn::Lt(z, hn::Zero(f));
+    auto swapped = [&](const F* of, F& x, F& y) {
+      const F a = axis(of, 1, 2, 0), b = axis(of, 2, 0, 1);
+      x = hn::IfThenElse(backwards, b, a), y = hn::IfThenElse(backwards, a, b);
     };
-    V x, y, z;
-    sheared(rounded, x, y, z);
-    hn::Store(demoted_to_grid(hn::Div(x, z)), f, out.shear_x + begin);
-    hn::Store(demoted_to_grid(hn::Div(y, z)), f, out.shear_y + begin);
-    sheared(rounded_start, x, y, z);
-    hn::Store(hn::DemoteTo(f, x), f, out.swapped_origin[0] + begin);
-    hn::Store(hn::DemoteTo(f, y), f, out.swapped_origin[1] + begin);
-    hn::Store(hn::DemoteTo(f, z), f, out.swapped_origin[2] + begin);
-    sheared(direction, x, y, z);
-    hn::Store(hn::Div(x, z), d, out.shear_x64 + begin);
-    hn::Store(hn::Div(y, z), d, out.shear_y64 + begin);
-    hn::Store(z, d, out.along + begin);
-    sheared(start, x, y, z);
-    hn::Store(x, d, out.sheared_origin[0] + begin);
-    hn::Store(y, d, out.sheared_origin[1] + begin);
-    hn::Store(z, d, out.sheared_origin[2] + begin);
-    const uint32_t x_bits = bits(d, z_is_x), y_bits = bits(d, z_is_y), back_bits = bits(d, backwards);
-    for (int k = 0; k < 4; ++k) {
-      const uint32_t of = (x_bits >> k & 1) | (y_bits >> k & 1) << 1 | (back_bits >> k & 1) << 2;
-      out.x[begin + k] = kAxes[of][0], out.y[begin + k] = kAxes[of][1], out.z[begin + k] = kAxes[of][2];
-    }
+    F x, y;
+    swapped(rounded, x, y);
+    const V along = hn::PromoteTo(d, z);
+    hn::Store(demoted_to_grid(hn::Div(hn::PromoteTo(d, x), along)), f, out.shear_x + begin);
+    hn::Store(demoted_to_grid(hn::Div(hn::PromoteTo(d, y), along)), f, out.shear_y + begin);
+    swapped(rounded_start, x, y);
+    hn::Store(x, f, out.swapped_origin[0] + begin);
+    hn::Store(y, f, out.swapped_origin[1] + begin);
+    hn::Store(axis(rounded_start, 0, 1, 2), f, out.swapped_origin[2] + begin);
+    const auto of = hn::Or(z_axis, hn::ShiftLeft<2>(hn::ShiftRight<31>(hn::BitCast(f_bits, z))));
+    const hn::FixedTag<uint32_t, 8> table;
+    const auto axes = hn::TableLookupLanes(hn::Load(table, kAxes), hn::IndicesFromVec(table, hn::ZeroExtendVector(table, of)));
+    hn::Store(hn::LowerHalf(axes), f_bits, reinterpret_cast<uint32_t*>(out.axes + begin));
 
     const V t_min = columns[6], t_max = columns[7];
-    const V s_scale = hn::Div(hn::Set(d, 1.0), t_scale);
+    const V s_scale = hn::Mul(hn::Set(d, frame.per_metre), hn::BitCast(d, exponent));  // 1 / t_scale
     const auto slack = hn::DemoteTo(f, hn::Mul(hn::Abs(t_start), hn::Set(d, 0x1p-50)));
     const auto below = hn::DemoteTo(f, hn::Sub(hn::Mul(t_min, s_scale), t_start));
     const auto above = hn::DemoteTo(f, hn::Sub(hn::Mul(t_max, s_scale), t_start));

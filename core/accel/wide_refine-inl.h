@@ -35,19 +35,23 @@ HWY_INLINE void refine(const Candidate candidates[Refined::kSize], const FrameRa
     alignas(32) const double each[4] = {values[c0.ray], values[c1.ray], values[c2.ray], values[c3.ray]};
     return hn::Load(d, each);
   };
-  V vertices[3][3];
-  const uint8_t* const axes[3] = {rays.x, rays.y, rays.z};
+  const uint8_t* const axes[4] = {rays.axes[c0.ray], rays.axes[c1.ray], rays.axes[c2.ray], rays.axes[c3.ray]};
+  V vertices[3][3], origin[3], direction[3];
   for (int i = 0; i < 3; ++i) {
+    auto along_axis = [&](const double (&values)[3][FrameRays::kSize]) {
+      alignas(32) const double each[4] = {values[axes[0][i]][c0.ray], values[axes[1][i]][c1.ray], values[axes[2][i]][c2.ray], values[axes[3][i]][c3.ray]};
+      return hn::Load(d, each);
+    };
+    origin[i] = along_axis(rays.origin64), direction[i] = along_axis(rays.direction64);
     const float* plane[4];
-    for (int k = 0; k < 4; ++k) plane[k] = candidates[k].block->vertices[0][axes[i][candidates[k].ray]] + candidates[k].lane;
+    for (int k = 0; k < 4; ++k) plane[k] = candidates[k].block->vertices[0][axes[k][i]] + candidates[k].lane;
     constexpr int kVertex = 3 * WideNode::kWidth;  // from a vertex to the next
     for (int v = 0; v < 3; ++v) {
       alignas(16) const float each[4] = {plane[0][v * kVertex], plane[1][v * kVertex], plane[2][v * kVertex], plane[3][v * kVertex]};
       vertices[v][i] = hn::PromoteTo(d, hn::Load(f, each));
     }
   }
-  const V origin[3] = {of_rays(rays.sheared_origin[0]), of_rays(rays.sheared_origin[1]), of_rays(rays.sheared_origin[2])};
-  const V shear_x = of_rays(rays.shear_x64), shear_y = of_rays(rays.shear_y64);
+  const V shear_x = hn::Div(direction[0], direction[2]), shear_y = hn::Div(direction[1], direction[2]);
   V x[3], y[3], z[3];
   for (int i = 0; i < 3; ++i) {
     z[i] = hn::Sub(vertices[i][2], origin[2]);
@@ -64,7 +68,7 @@ HWY_INLINE void refine(const Candidate candidates[Refined::kSize], const FrameRa
   const auto within = hn::Or(hn::Ge(hn::Min(hn::Min(w[0], w[1]), w[2]), zero), hn::Le(hn::Max(hn::Max(w[0], w[1]), w[2]), zero));
   const auto usual = hn::And(within, hn::Ne(sum, zero));
   const V weighted = hn::Add(hn::Add(hn::Mul(w[0], z[0]), hn::Mul(w[1], z[1])), hn::Mul(w[2], z[2]));
-  const V s = hn::Div(hn::Div(weighted, sum), of_rays(rays.along));
+  const V s = hn::Div(hn::Div(weighted, sum), direction[2]);
   const V t = hn::Mul(hn::Add(of_rays(rays.t_start), s), of_rays(rays.t_scale));
   const auto in_range = hn::And(hn::Gt(t, of_rays(rays.t_min)), hn::Le(t, of_rays(rays.t_max)));
   const uint32_t ties = c0.tie | c1.tie << 1 | c2.tie << 2 | c3.tie << 3;

@@ -26,9 +26,8 @@ HWY_INLINE void trace_batch(const WideBvh& bvh, bool from_memory, const Frame& f
   for (size_t i = 0; i < count; i += kSize) {
     const int n = static_cast<int>(std::min(kSize, count - i));
     for (int k = 0; k < n; ++k) group[k] = rays + index(i + k);
-    if (order)
-      for (size_t k = i + 2 * kSize; k < std::min(count, i + 3 * kSize); ++k) __builtin_prefetch(rays + order[k]);
     enter_frame(frame, group, n, lines);
+    for (size_t k = i + kSize; k < std::min(count, i + 2 * kSize); ++k) __builtin_prefetch(rays + index(k));
     std::fill_n(found, n, none);
     auto query = [&](int ray) { return query_of(found[ray]); };
     uint64_t left = 0;
