@@ -8,14 +8,15 @@
 #define TILECAST_WIDE_PACKET_INL_H
 #endif
 
-#include "accel/wide_kernel-inl.h"
+#include "accel/wide_stream-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tilecast::HWY_NAMESPACE {
 
-// How far apart the rays of a packet may be, in the frame's units, where they pass its centre and by the time they
-// leave it.
-constexpr float kPacketWidth = 0.15f;
+// How far apart the rays of a packet are, in the frame's units, where they pass its centre and by the time they leave it:
+// up to the first they stay together, up to the second only while a node is met by at least kTogether of them.
+constexpr float kNarrow = 0.05f, kWide = 0.5f;
+constexpr int kTogether = 6;
 
 // A packet goes on while the blocks that it comes to are met by this many rays on average, and as many may fall short.
 constexpr int kEnough = 1, kPatience = 32;
@@ -24,6 +25,7 @@ struct PacketBounds {
   float origin_lo[3], origin_hi[3], reciprocal_lo[3], reciprocal_hi[3];
   uint32_t octant;
   bool one_shear;  // all along the same axes
+  bool narrow;
   float s_min, s_max;
 };
 
@@ -46,15 +48,16 @@ HWY_INLINE bool bound(FrameRays& rays, int begin, uint32_t inside, PacketBounds&
     lo = hn::GetLane(hn::MinOfLanes(d, hn::Min(a, b)));
     hi = hn::GetLane(hn::MaxOfLanes(d, hn::Max(a, b)));
   };
-  float ignored;
+  float ignored, width = 0.0f;
   for (int axis = 0; axis < 3; ++axis) {
     extremes(rays.origin[axis], out.origin_lo[axis], out.origin_hi[axis]);
     extremes(rays.reciprocal[axis], out.reciprocal_lo[axis], out.reciprocal_hi[axis]);
-    if (!(out.origin_hi[axis] - out.origin_lo[axis] <= kPacketWidth)) return false;
+    width = std::max(width, out.origin_hi[axis] - out.origin_lo[axis]);
     // 1 / a - 1 / b: how far the directions, whose largest component is between 1 and 2, part by the frame's other end.
-    float apart = 1.0f / out.reciprocal_hi[axis] - 1.0f / out.reciprocal_lo[axis];
-    if (!(std::fabs(apart) <= kPacketWidth)) return false;
+    width = std::max(width, std::fabs(1.0f / out.reciprocal_hi[axis] - 1.0f / out.reciprocal_lo[axis]));
+    if (!(width <= kWide)) return false;
   }
+  out.narrow = width <= kNarrow;
   extremes(rays.s_min, out.s_min, ignored);
   extremes(rays.s_max, ignored, out.s_max);
   return true;
@@ -136,19 +139,31 @@ HWY_INLINE void test_block(const TriangleBlock& block, int triangles, FrameRays&
   }
 }
 
-// What is left to do for single rays, as bits; query_of(ray) is what is wanted of each. They may begin anew: what they
-// have found only shortens their way.
+// What is left to do for single rays, as bits, and begun in `stream`; query_of(ray) is what is wanted of each. They may
+// begin anew: what they have found only shortens their way.
 template <class QueryOf>
-HWY_INLINE uint32_t trace_packet(const WideBvh& bvh, FrameRays& rays, int begin, QueryOf&& query_of) {
+HWY_INLINE uint32_t trace_packet(const WideBvh& bvh, FrameRays& rays, int begin, Stream& stream, QueryOf&& query_of) {
   PacketBounds bounds;
   const uint32_t inside = rays.inside >> begin & 0xffff;
-  if ((bvh.root() & WideNode::kLeaf) || std::popcount(inside) < 4 || !bound(rays, begin, inside, bounds)) return inside;
+  auto from_root = [&](uint32_t which) {
+    for (uint32_t rest = which; rest; rest &= rest - 1) {
+      const int ray = begin + std::countr_zero(rest);
+      stream.begin(ray), stream.push(ray, bvh.root(), -FrameBox::kFar);
+    }
+    return which;
+  };
+  if ((bvh.root() & WideNode::kLeaf) || std::popcount(inside) < 4 || !bound(rays, begin, inside, bounds)) return from_root(inside);
   using Query = decltype(query_of(0));
   const WideNode* nodes = bvh.nodes().data();
   const TriangleBlock* blocks = bvh.blocks().data();
   const Floats d;
   uint32_t slots[WideBvh::kStackSize];
   float nears[WideBvh::kStackSize];
+  struct Apart {  // what few rays meet
+    uint32_t child, met;
+    float near;
+  } apart[Stream::kMostPushed];
+  int count_apart = 0;
   uint32_t active = inside;
   int patience = kPatience;
   int top = push_slots(nodes[0], 0, bounds, slots, nears);
@@ -157,14 +172,26 @@ HWY_INLINE uint32_t trace_packet(const WideBvh& bvh, FrameRays& rays, int begin,
     if (Query::kShortens && nears[top] > bounds.s_max) continue;
     const WideNode& parent = nodes[slots[top] / WideNode::kWidth];
     const uint32_t slot = slots[top] % WideNode::kWidth, child = parent.child[slot];
-    if (!(child & WideNode::kLeaf)) {
+    const bool is_node = !(child & WideNode::kLeaf);
+    uint32_t met = 0;
+    if (!is_node || !bounds.narrow) {
+      met = meeting(parent, slot, rays, begin, bounds.octant) & active;
+      const int count = std::popcount(met);
+      if (bounds.narrow) {
+        if ((patience += count - kEnough) < 0) return from_root(active);
+        if (met == 0) continue;
+      } else if (count < kTogether) {
+        if (count_apart == Stream::kMostPushed) return from_root(active);
+        apart[count_apart] = {child, met, nears[top]};
+        count_apart += met != 0;
+        continue;
+      }
+    }
+    if (is_node) {
       top += push_slots(nodes[child], child, bounds, slots + top, nears + top);
       continue;
     }
     const TriangleBlock& block = blocks[child & ~WideNode::kLeaf];
-    const uint32_t met = meeting(parent, slot, rays, begin, bounds.octant) & active;
-    if ((patience += std::popcount(met) - kEnough) < 0) return active;
-    if (met == 0) continue;
     const int triangles = count(block);
     if (bounds.one_shear && std::popcount(met) > triangles) {
       test_block(block, triangles, rays, begin, met, active, query_of);
@@ -180,7 +207,13 @@ HWY_INLINE uint32_t trace_packet(const WideBvh& bvh, FrameRays& rays, int begin,
     for (uint32_t rest = ~inside & 0xffff; rest; rest &= rest - 1) rays.s_max[begin + std::countr_zero(rest)] = rays.s_min[begin];
     bounds.s_max = hn::GetLane(hn::MaxOfLanes(d, hn::Max(hn::Load(d, rays.s_max + begin), hn::Load(d, rays.s_max + begin + 8))));
   }
-  return 0;
+  if (count_apart == 0) return 0;
+  for (uint32_t rest = active; rest; rest &= rest - 1) stream.begin(begin + std::countr_zero(rest));
+  while (count_apart > 0) {
+    const Apart& of = apart[--count_apart];
+    for (uint32_t rest = of.met & active; rest; rest &= rest - 1) stream.push(begin + std::countr_zero(rest), of.child, of.near);
+  }
+  return active;
 }
 
 }  // namespace tilecast::HWY_NAMESPACE

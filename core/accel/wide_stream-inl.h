@@ -19,8 +19,21 @@ class Stream {
  public:
   static constexpr int kSize = FrameRays::kSize;
 
-  // Traces the lanes of `which`; query_of(lane) is what is wanted of each. Answers which have too much waiting: they may
-  // begin anew on their own. `from_memory`: the cache does not keep the hierarchy.
+  // What a ray has before it: nothing, and then what is pushed, the nearest last, at most kMostPushed.
+  static constexpr int kMostPushed = 40;
+  HWY_INLINE void begin(int ray) {
+    waiting_[ray].child[0] = kEnd;
+    waiting_[ray].near[0] = -FrameBox::kFar;  // never beyond a hit
+    top_[ray] = 1;
+  }
+  HWY_INLINE void push(int ray, uint32_t child, float near) {
+    Waiting& waiting = waiting_[ray];
+    const uint32_t top = top_[ray]++;
+    waiting.child[top] = child, waiting.near[top] = near;
+  }
+
+  // Traces the lanes of `which`, that have begun; query_of(lane) is what is wanted of each. Answers which have too much
+  // waiting: they may begin anew on their own. `from_memory`: the cache does not keep the hierarchy.
   template <class QueryOf>
   HWY_INLINE uint64_t trace(const WideBvh& bvh, bool from_memory, FrameRays& rays, uint64_t which, QueryOf&& query_of) {
     using Query = decltype(query_of(0));
@@ -30,10 +43,7 @@ class Stream {
     Lists lists{nodes, blocks, from_memory, 0, 0};
     for (uint64_t rest = which; rest; rest &= rest - 1) {
       const uint32_t ray = static_cast<uint32_t>(std::countr_zero(rest));
-      waiting_[ray].child[0] = kEnd;
-      waiting_[ray].near[0] = -FrameBox::kFar;  // never beyond a hit
-      top_[ray] = 1;
-      go_to(lists, ray, bvh.root());
+      pop(lists, ray, top_[ray]);
     }
     while (lists.nodes + lists.blocks > 0) {
       const uint32_t in_nodes = lists.nodes;

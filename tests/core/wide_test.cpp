@@ -54,8 +54,9 @@ std::vector<Ray> rays_at(const Mesh& mesh, const Place& place, stress::Random& r
   auto from = [&](const Vec3& p) { return place.offset + place.scale * p; };
   for (int block = 0; block < 40; ++block) {
     Vec3 eye = 3.0 * stress::random_direction(random), at = Vec3{unit(random), unit(random), unit(random)};
+    const double apart = std::array{0.02, 0.1, 0.4}[block % 3];  // narrow packets, and such that part on the way
     for (int k = 0; k < 16; ++k)
-      rays.push_back({from(eye), place.scale * (at - eye + 0.02 * Vec3{unit(random), unit(random), unit(random)})});
+      rays.push_back({from(eye), place.scale * (at - eye + apart * Vec3{unit(random), unit(random), unit(random)})});
   }
   for (int i = 0; i < 600; ++i) {
     Vec3 origin = from((i & 1 ? 3.0 : 0.5) * Vec3{unit(random), unit(random), unit(random)});
