@@ -66,6 +66,13 @@ inline constexpr auto kByDistance = [] {
   return table;
 }();
 
+// Asks for a node or block that is looked at soon.
+HWY_INLINE void fetch(const WideNode* nodes, const TriangleBlock* blocks, uint32_t child) {
+  const char* at = child & WideNode::kLeaf ? reinterpret_cast<const char*>(blocks + (child & ~WideNode::kLeaf))
+                                           : reinterpret_cast<const char*>(nodes + child);
+  for (size_t i = 0; i < sizeof(TriangleBlock); i += 64) __builtin_prefetch(at + i);
+}
+
 // An entry's slots from far to near, as lanes.
 HWY_INLINE auto slots_of(uint32_t by_distance) {
   const Words w;

@@ -140,9 +140,9 @@ HWY_INLINE void test_block(const TriangleBlock& block, int triangles, FrameRays&
 }
 
 // What is left to do for single rays, as bits, and begun in `stream`; query_of(ray) is what is wanted of each. They may
-// begin anew: what they have found only shortens their way.
+// begin anew: what they have found only shortens their way. `from_memory`: the cache does not keep the hierarchy.
 template <class QueryOf>
-HWY_INLINE uint32_t trace_packet(const WideBvh& bvh, FrameRays& rays, int begin, Stream& stream, QueryOf&& query_of) {
+HWY_INLINE uint32_t trace_packet(const WideBvh& bvh, bool from_memory, FrameRays& rays, int begin, Stream& stream, QueryOf&& query_of) {
   PacketBounds bounds;
   const uint32_t inside = rays.inside >> begin & 0xffff;
   auto from_root = [&](uint32_t which) {
@@ -188,7 +188,9 @@ HWY_INLINE uint32_t trace_packet(const WideBvh& bvh, FrameRays& rays, int begin,
       }
     }
     if (is_node) {
+      const int before = top;
       top += push_slots(nodes[child], child, bounds, slots + top, nears + top);
+      for (int i = top; from_memory && i > before; --i) fetch(nodes, blocks, nodes[child].child[slots[i - 1] % WideNode::kWidth]);
       continue;
     }
     const TriangleBlock& block = blocks[child & ~WideNode::kLeaf];

@@ -97,9 +97,7 @@ class Stream {
   static HWY_INLINE void fetch(const Lists& lists, uint32_t child) {
     if (!lists.from_memory) return;
     if (child == kEnd) child = 0;  // no matter which
-    const char* at = child & WideNode::kLeaf ? reinterpret_cast<const char*>(lists.block + (child & ~WideNode::kLeaf))
-                                             : reinterpret_cast<const char*>(lists.node + child);
-    for (size_t i = 0; i < sizeof(TriangleBlock); i += 64) __builtin_prefetch(at + i);
+    HWY_NAMESPACE::fetch(lists.node, lists.block, child);
   }
   HWY_INLINE void go_to(Lists& lists, uint32_t ray, uint32_t child) {
     child_[ray] = child;

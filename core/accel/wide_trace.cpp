@@ -32,7 +32,7 @@ HWY_INLINE void trace_batch(const WideBvh& bvh, bool from_memory, const Frame& f
     auto query = [&](int ray) { return query_of(found[ray]); };
     uint64_t left = 0;
     for (int begin = 0; begin < n; begin += FrameRays::kPacket)
-      left |= uint64_t(trace_packet(bvh, lines, begin, stream, query)) << begin;
+      left |= uint64_t(trace_packet(bvh, from_memory, lines, begin, stream, query)) << begin;
     if (left) left = stream.trace(bvh, from_memory, lines, left, query);
     for (; left; left &= left - 1) {
       const int ray = std::countr_zero(left);

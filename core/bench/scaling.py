@@ -4,8 +4,9 @@
 
 Terrains of ever finer squares, seen alike; and copies of one of 100,000 triangles in rows and columns. Rays are those of
 `Scene.closest` on numpy arrays: primary ones of a pinhole camera in rows, diffuse ones by the cosine from random ones of
-their hits. Sizes take turns within a run, and medians over the runs are printed. Then the example scenes named in SCENES
-are rendered by one thread and by two, in turns.
+their hits. Sizes take turns within a run, and medians over the runs are printed. Then the example scenes named in RENDERED
+are rendered by one thread, by two, and by two processes of one thread at once, in turns: what these gain is what the
+machine has to give.
 """
 
 from __future__ import annotations
@@ -14,7 +15,9 @@ import argparse
 import json
 import statistics
 import time
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from functools import cache
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +27,7 @@ import tilecast
 from tilecast import _core
 
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
-RENDERED = {"cornell": 16, "terrain": 4, "drilled-part-brass": 4, "materials": 4}  # samples a pixel
+RENDERED = {"cornell": 64, "terrain": 4, "drilled-part-brass": 4, "materials": 4}  # samples a pixel
 WIDTH, HEIGHT = 1024, 512  # of the camera's rays
 COPIED = 100_000           # triangles
 
@@ -123,15 +126,30 @@ def rays_against_size(makers: list[tuple[str, Any]], runs: int) -> list[dict[str
             for i, row in enumerate(rows) for name in row["rays"]]
 
 
+@cache
+def example(name: str) -> Any:
+    return tilecast.load(SCENES / f"{name}.json")
+
+
+def seconds(name: str, samples: int, threads: int = 1) -> float:
+    return tilecast.render(example(name), samples=samples, threads=threads).stats["seconds"]["render"]
+
+
 def renders(runs: int) -> list[dict[str, Any]]:
-    """Seconds of rendering of whole scenes, and how many times as fast two threads are."""
+    """Seconds of rendering of whole scenes; and how many times as many two threads, and two processes, render."""
     out = []
-    for name, samples in RENDERED.items():
-        scene = tilecast.load(SCENES / f"{name}.json")
-        pairs = [[tilecast.render(scene, samples=samples, threads=threads).stats["seconds"]["render"]
-                  for threads in (1, 2)] for _ in range(runs)]
-        out.append({"scene": name, "seconds": statistics.median(one for one, _ in pairs),
-                    "speedup": statistics.median(one / two for one, two in pairs)})
+    with ProcessPoolExecutor(1, get_context("spawn")) as first, ProcessPoolExecutor(1, get_context("spawn")) as second:
+        for name, samples in RENDERED.items():
+            processes = first, second
+            for process in processes:
+                process.submit(seconds, name, 1).result()
+            seen = []
+            for _ in range(runs):
+                one, two = (seconds(name, samples, threads) for threads in (1, 2))
+                at_once = [process.submit(seconds, name, samples) for process in processes]
+                seen.append((one, one / two, sum(one / each.result() for each in at_once)))
+            one, threads, both = (statistics.median(column) for column in zip(*seen))
+            out.append({"scene": name, "seconds": one, "threads": threads, "processes": both})
     return out
 
 
@@ -167,9 +185,9 @@ def main() -> None:
     for row in rows:
         print(f"{row['triangles']:>15,}  {row['kind']:<8}{row['rays']:<9}{row['one']:>16.2f}{row['speedup']:>12.2f}x")
     rendered = renders(options.runs)
-    print(f"\n{'scene':<20}{'seconds, one thread':>20}{'two threads':>13}")
+    print(f"\n{'scene':<20}{'seconds, one thread':>20}{'two threads':>13}{'two processes':>15}")
     for row in rendered:
-        print(f"{row['scene']:<20}{row['seconds']:>20.2f}{row['speedup']:>12.2f}x")
+        print(f"{row['scene']:<20}{row['seconds']:>20.2f}{row['threads']:>12.2f}x{row['processes']:>14.2f}x")
     if options.json:
         options.json.write_text(json.dumps({"rays": rows, "renders": rendered}, indent=2) + "\n")
     if options.plot:
