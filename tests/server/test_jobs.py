@@ -1,4 +1,4 @@
-"""Jobs over HTTP, from the scene to the picture."""
+"""Jobs over HTTP, from the scene to the end."""
 
 import html
 import json
@@ -9,10 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from servers import exr, locally, long_scene, scene, until
-
-from tilecast import _images
-from tilecast import scene as scenes
-from tilecast.render import error, layers, local, output
 
 
 def test_a_scene_becomes_a_picture(server, tmp_path):
@@ -43,83 +39,12 @@ def test_every_link_leads_somewhere(server):
         assert server.client.get(link).status_code == 200, name
 
 
-def test_tiles_make_up_the_picture(server, tmp_path):
-    job = server.reach(server.submit(scene(width=50, height=40)), "done")
-    tiles = server.client.get(f"/v1/jobs/{job['id']}/tiles").json()
-    assert {name: tiles[name] for name in ("columns", "rows", "size")} == job["tiles"]
-    assert len(tiles["tiles"]) == tiles["columns"] * tiles["rows"]
-    whole = np.full((40, 50, 3), -1, np.float16)
-    for tile in tiles["tiles"]:
-        assert tile["samples"] == 4
-        answer = server.client.get(f"/v1/jobs/{job['id']}/tiles/{tile['column']}/{tile['row']}.f16")
-        pixels = np.frombuffer(answer.content, "<f2").reshape(tile["height"], tile["width"], 3)
-        whole[tile["y"] : tile["y"] + tile["height"], tile["x"] : tile["x"] + tile["width"]] = pixels
-    assert np.array_equal(whole, exr(server, job, tmp_path).astype(np.float16))
-
-
-def test_pictures_are_there_before_the_end(server, tmp_path):
-    job = server.submit(long_scene())
-    server.progressed(job, 0.01)
-    assert exr(server, job, tmp_path).max() > 0
-    drawn = [tile for tile in server.client.get(job["links"]["tiles"]).json()["tiles"] if tile["version"]]
-    here = f"{job['links']['tiles']}/{drawn[0]['column']}/{drawn[0]['row']}"
-    assert any(np.frombuffer(server.client.get(f"{here}.f16").content, "<f2"))
-    for picture in (f"{here}.png", job["links"]["image"], job["links"]["thumbnail"]):
-        assert server.client.get(picture).content.startswith(b"\x89PNG")
-    assert server.client.get(job["links"]["stats"]).json()["rays"]["camera"] > 0
-    server.client.delete(job["links"]["self"])
-    # And of a job that was given up, what there was.
-    assert exr(server, job, tmp_path).max() > 0
-
-
-def test_an_exr_holds_layers_and_the_error_has_a_map(server, tmp_path):
-    document = scene(width=50, height=40, samples=16)
-    job = server.reach(server.submit(document), "done")
-    compiled = scenes.compile(scenes.parse(document), lambda name: b"")
-    image = local.render(compiled, threads=2)
-    expected = layers.error_layers(image.pixels, image.variance, image.sample_counts) \
-        | layers.first_hit_layers(local.first_hits(compiled))
-    for _ in range(2):  # made, then kept
-        exr(server, job, tmp_path)
-        pixels, channels, _ = _images.read(str(tmp_path / "image.exr"))
-        assert set(channels) == {"R", "G", "B", *expected}
-        for name, values in expected.items():
-            assert np.array_equal(pixels[..., channels.index(name)], values), name
-    answer = server.client.get(job["links"]["error_map"])
-    assert answer.headers["content-type"] == "image/png"
-    assert answer.content == output.error_png(image.pixels, image.variance)
-    for tile in server.client.get(job["links"]["tiles"]).json()["tiles"]:
-        window = slice(tile["y"], tile["y"] + tile["height"]), slice(tile["x"], tile["x"] + tile["width"])
-        mean, variance = (np.moveaxis(of[window], 2, 0) for of in (image.pixels, image.variance))
-        assert tile["relative_mse"] == pytest.approx((variance * error.weight(mean, variance)).mean())
-
-
 def test_an_adaptive_job_takes_the_samples_that_the_command_line_takes(server, tmp_path):
     document = scene(width=80, height=64, samples=48, adaptive=True)
     job = server.reach(server.submit(document), "done")
     assert np.array_equal(exr(server, job, tmp_path), locally(document))
     samples = {tile["samples"] for tile in server.client.get(job["links"]["tiles"]).json()["tiles"]}
     assert min(samples) < 48 < max(samples) and job["tiles"]["size"] == 16
-
-
-def test_a_job_under_way_has_a_map_of_its_error(server):
-    job = server.submit(long_scene(seed=77))
-    server.progressed(job, 0.01)
-    assert server.client.get(job["links"]["error_map"]).content.startswith(b"\x89PNG")
-    server.client.delete(job["links"]["self"])
-    assert server.client.get(job["links"]["error_map"]).content.startswith(b"\x89PNG")
-
-
-def test_a_job_that_waits_has_a_black_picture(server):
-    first = server.submit(long_scene(seed=78))
-    server.progressed(first, 0.01)  # it has all threads
-    job = server.submit(long_scene(), priority=-1000)
-    server.client.patch(job["links"]["self"], json={"state": "paused"})
-    assert server.client.get(job["links"]["thumbnail"]).content.startswith(b"\x89PNG")
-    assert server.client.get(job["links"]["curve"]).json() == {"curve": []}
-    assert server.client.get(job["links"]["stats"]).json()["kernel"]
-    for each in (job, first):
-        server.client.delete(each["links"]["self"])
 
 
 def test_statistics_hold_all_that_is_promised(server):
