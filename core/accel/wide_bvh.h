@@ -27,7 +27,6 @@ struct alignas(32) TriangleBlock {  // 320 bytes
   uint32_t face[WideNode::kWidth];         // unused lanes: kNone
 
   static constexpr uint32_t kNone = ~0u;
-  int count() const { return static_cast<int>(std::find(face, face + WideNode::kWidth, kNone) - face); }
 };
 
 class WideBvh {

@@ -66,6 +66,12 @@ inline constexpr auto kByDistance = [] {
   return table;
 }();
 
+// How many triangles a block has, without a branch.
+HWY_INLINE int triangles_of(const TriangleBlock& block) {
+  const Words w;
+  return std::popcount(bits(w, hn::Ne(hn::Load(w, block.face), hn::Set(w, TriangleBlock::kNone))));
+}
+
 // Asks for a node or block that is looked at soon.
 HWY_INLINE void fetch(const WideNode* nodes, const TriangleBlock* blocks, uint32_t child) {
   const char* at = child & WideNode::kLeaf ? reinterpret_cast<const char*>(blocks + (child & ~WideNode::kLeaf))
@@ -188,7 +194,7 @@ HWY_INLINE void trace(const WideBvh& bvh, FrameRays& rays, int ray, Query query,
     cost.step();
     if (child & WideNode::kLeaf) {
       const TriangleBlock& block = blocks[child & ~WideNode::kLeaf];
-      if constexpr (!std::is_same_v<Cost, NoCost>) cost.test(static_cast<uint64_t>(block.count()));
+      if constexpr (!std::is_same_v<Cost, NoCost>) cost.test(static_cast<uint64_t>(triangles_of(block)));
       if (test_block(block, lanes, rays, ray, query) || !pop()) return;
       if constexpr (Query::kShortens) s_max = hn::Set(d, rays.s_max[ray]);
       continue;

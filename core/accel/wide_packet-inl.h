@@ -1,6 +1,6 @@
 // Sixteen rays of one direction's kind through a WideBvh together: nodes are entered by the interval that holds all of
 // them (Reshetov, Soupikov and Hurley, "Multi-Level Ray Tracing Algorithm", TOG 24(3), 2005), and before a block is
-// tested the rays that miss its box fall out.
+// tested the rays that miss its box fall out. Rays that are less alike part on the way.
 #if defined(TILECAST_WIDE_PACKET_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef TILECAST_WIDE_PACKET_INL_H
 #undef TILECAST_WIDE_PACKET_INL_H
@@ -106,12 +106,6 @@ HWY_INLINE uint32_t meeting(const WideNode& node, uint32_t slot, const FrameRays
   return out;
 }
 
-// How many triangles a block has, without a branch.
-HWY_INLINE int count(const TriangleBlock& block) {
-  const Words w;
-  return std::popcount(bits(w, hn::Ne(hn::Load(w, block.face), hn::Set(w, TriangleBlock::kNone))));
-}
-
 // A block's triangles, one after the other, against all rays of `active`, which have one shear; those that are at their
 // end are taken out.
 template <class QueryOf>
@@ -194,7 +188,7 @@ HWY_INLINE uint32_t trace_packet(const WideBvh& bvh, bool from_memory, FrameRays
       continue;
     }
     const TriangleBlock& block = blocks[child & ~WideNode::kLeaf];
-    const int triangles = count(block);
+    const int triangles = triangles_of(block);
     if (bounds.one_shear && std::popcount(met) > triangles) {
       test_block(block, triangles, rays, begin, met, active, query_of);
     } else {
