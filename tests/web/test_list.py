@@ -12,7 +12,7 @@ def row(page, job):
 def test_a_new_job_appears_and_its_row_follows_it_to_the_end(server, page):
     page.goto(f"{server.url}/#/")
     page.get_by_role("heading", name="Jobs").wait_for()
-    job = post(server.url, scene(seconds=6), name="followed")
+    job = post(server.url, scene(seconds=10), name="followed")
     expect(row(page, job)).to_contain_text("followed")
     expect(row(page, job).locator(".state")).to_have_text("running")
     expect(row(page, job).locator("progress")).to_be_visible()

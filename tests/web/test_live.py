@@ -8,7 +8,7 @@ from playwright.sync_api import expect
 
 def test_tiles_show_before_the_job_is_done_and_the_finished_picture_after(server, page, tmp_path):
     page.goto(server.url)
-    job = post(server.url, scene(seconds=3), name="live")
+    job = post(server.url, scene(seconds=6), name="live")
     open_job(page, server.url, job["id"])
     wait_for_known(page, 0.01)
     assert pictures.job(server.url, job["id"])["state"] in {"queued", "running"}
@@ -68,7 +68,7 @@ def test_exposure_brightens_what_is_shown_and_leaves_the_image_alone(server, pag
 
 def test_reload_in_the_middle_goes_on(server, page, tmp_path):
     page.goto(server.url)
-    job = post(server.url, scene(seconds=4))
+    job = post(server.url, scene(seconds=8))
     open_job(page, server.url, job["id"])
     wait_for_known(page, 0.01)
     change(server.url, job["id"], state="paused")  # so that the middle lasts for as long as the reload takes
