@@ -91,9 +91,8 @@ HWY_INLINE auto slots_of(uint32_t by_distance) {
 struct Crossed {
   uint32_t some, from_front, ties;
 };
-template <class V>
-HWY_INLINE Crossed crossed(const V vertices[3][3], const V origin[3], V shear_x, V shear_y) {
-  const Floats d;
+template <class D, class V>
+HWY_INLINE Crossed crossed(D d, const V vertices[3][3], const V origin[3], V shear_x, V shear_y) {
   V x[3], y[3];  // all negative, which changes no bit of a determinant: so vertices are taken from memory
   for (int v = 0; v < 3; ++v) {
     const V along = hn::Sub(origin[2], vertices[v][2]);
@@ -142,7 +141,7 @@ struct RayLanes {
     V vertices[3][3];
     for (int v = 0; v < 3; ++v)
       for (int i = 0; i < 3; ++i) vertices[v][i] = hn::Load(Floats(), block.vertices[v][axes[i]]);
-    return HWY_NAMESPACE::crossed(vertices, origin, shear_x, shear_y);
+    return HWY_NAMESPACE::crossed(Floats(), vertices, origin, shear_x, shear_y);
   }
 
   size_t axes[3];  // as in FrameRay

@@ -13,6 +13,10 @@
 HWY_BEFORE_NAMESPACE();
 namespace tilecast::HWY_NAMESPACE {
 
+// So many rays of a packet at once: eight, or all sixteen.
+using Together = hn::CappedTag<float, FrameRays::kPacket>;
+constexpr int kAtOnce = hn::MaxLanes(Together());
+
 // How far apart the rays of a packet are, in the frame's units, where they pass its centre and by the time they leave it:
 // up to the first they stay together, up to the second only while a node is met by at least kTogether of them.
 constexpr float kNarrow = 0.05f, kWide = 0.5f;
@@ -36,13 +40,14 @@ HWY_INLINE bool bound(FrameRays& rays, int begin, uint32_t inside, PacketBounds&
   const int first = begin + std::countr_zero(inside);
   for (uint32_t rest = ~inside & 0xffff; rest; rest &= rest - 1) rays.copy_lane(first, begin + std::countr_zero(rest));
   out.octant = rays.octant[first];
-  const Words w;
-  const auto octant = hn::Set(w, out.octant);
-  if (!hn::AllTrue(w, hn::And(hn::Eq(hn::Load(w, rays.octant + begin), octant), hn::Eq(hn::Load(w, rays.octant + begin + 8), octant))))
-    return false;
-  const auto* axes = reinterpret_cast<const uint32_t*>(rays.axes);
-  const auto shear = hn::Set(w, axes[first]);
-  out.one_shear = hn::AllTrue(w, hn::And(hn::Eq(hn::Load(w, axes + begin), shear), hn::Eq(hn::Load(w, axes + begin + 8), shear)));
+  auto all_alike = [&](const uint32_t* of) {
+    const hn::RebindToUnsigned<Together> w;
+    bool alike = true;
+    for (int k = 0; k < FrameRays::kPacket; k += kAtOnce) alike &= hn::AllTrue(w, hn::Eq(hn::Load(w, of + begin + k), hn::Set(w, of[first])));
+    return alike;
+  };
+  if (!all_alike(rays.octant)) return false;
+  out.one_shear = all_alike(reinterpret_cast<const uint32_t*>(rays.axes));
   auto extremes = [&](const float* values, float& lo, float& hi) {
     const V a = hn::Load(d, values + begin), b = hn::Load(d, values + begin + 8);
     lo = hn::GetLane(hn::MinOfLanes(d, hn::Min(a, b)));
@@ -89,10 +94,10 @@ HWY_INLINE int push_slots(const WideNode& node, uint32_t number, const PacketBou
 
 // Which of the rays meet a child's box.
 HWY_INLINE uint32_t meeting(const WideNode& node, uint32_t slot, const FrameRays& rays, int first, uint32_t octant) {
-  const Floats d;
-  using V = hn::Vec<Floats>;
+  const Together d;
+  using V = hn::Vec<Together>;
   uint32_t out = 0;
-  for (int k = 0; k < FrameRays::kPacket; k += WideNode::kWidth) {
+  for (int k = 0; k < FrameRays::kPacket; k += kAtOnce) {
     const int begin = first + k;
     V near = hn::Load(d, rays.s_min + begin), far = hn::Load(d, rays.s_max + begin);
     for (int axis = 0; axis < 3; ++axis) {
@@ -110,24 +115,24 @@ HWY_INLINE uint32_t meeting(const WideNode& node, uint32_t slot, const FrameRays
 // end are taken out.
 template <class QueryOf>
 HWY_INLINE void test_block(const TriangleBlock& block, int triangles, FrameRays& rays, int begin, uint32_t meeting, uint32_t& active, QueryOf&& query_of) {
-  const Floats d;
-  using V = hn::Vec<Floats>;
+  const Together d;
+  using V = hn::Vec<Together>;
   const int first = begin + std::countr_zero(meeting);
   const uint8_t* axes = rays.axes[first];
   for (int lane = 0; lane < triangles; ++lane) {
     V vertices[3][3];
     for (int v = 0; v < 3; ++v)
       for (int i = 0; i < 3; ++i) vertices[v][i] = hn::Set(d, block.vertices[v][axes[i]][lane]);
-    for (int half = 0; half < FrameRays::kPacket; half += WideNode::kWidth) {
-      if ((meeting >> half & 0xff) == 0) continue;
-      const int from = begin + half;
+    for (int part = 0; part < FrameRays::kPacket; part += kAtOnce) {
+      if ((meeting >> part & ((1u << kAtOnce) - 1)) == 0) continue;
+      const int from = begin + part;
       V origin[3];
       for (int i = 0; i < 3; ++i) origin[i] = hn::Load(d, rays.swapped_origin[i] + from);
-      const Crossed found = crossed(vertices, origin, hn::Load(d, rays.shear_x + from), hn::Load(d, rays.shear_y + from));
-      for (uint32_t rest = found.some & (meeting & active) >> half; rest; rest &= rest - 1) {
+      const Crossed found = crossed(d, vertices, origin, hn::Load(d, rays.shear_x + from), hn::Load(d, rays.shear_y + from));
+      for (uint32_t rest = found.some & (meeting & active) >> part; rest; rest &= rest - 1) {
         const int k = std::countr_zero(rest), ray = from + k;
         auto query = query_of(ray);
-        if (offer(block, lane, rays, ray, found.ties >> k & 1, found.from_front >> k & 1, query)) active &= ~(1u << (half + k));
+        if (offer(block, lane, rays, ray, found.ties >> k & 1, found.from_front >> k & 1, query)) active &= ~(1u << (part + k));
       }
     }
   }

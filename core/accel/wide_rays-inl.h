@@ -6,6 +6,8 @@
 #define TILECAST_WIDE_RAYS_INL_H
 #endif
 
+#include <cstring>
+
 #include <hwy/highway.h>
 
 #include "accel/wide_bvh.h"
@@ -16,15 +18,20 @@ namespace tilecast::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// At most eight lanes' answers, as bits.
+// AVX-512: masks of their own, and sixteen floats at once.
+constexpr bool kMasks = HWY_TARGET <= HWY_AVX3;
+
+// At most sixteen lanes' answers, as bits.
 template <class D, class M>
 HWY_INLINE uint32_t bits(D d, M mask) {
-  uint8_t out[8];
-  hn::StoreMaskBits(d, mask, out);
-  return out[0];
+  std::conditional_t<(hn::MaxLanes(D()) > 8), uint16_t, uint8_t> out;
+  uint8_t bytes[8];
+  hn::StoreMaskBits(d, mask, bytes);
+  std::memcpy(&out, bytes, sizeof out);
+  return out;
 }
 
-struct alignas(32) FrameRays {
+struct alignas(64) FrameRays {
   static constexpr int kSize = 64;
   static constexpr int kPacket = 16;  // neighbours that may go together
 
@@ -35,7 +42,7 @@ struct alignas(32) FrameRays {
   uint32_t near_plane[3][kSize];     // where in WideNode::planes the first plane of each axis stands that the ray meets
   float s_min[kSize], s_max[kSize];  // s_max goes down with the hits
   double origin64[3][kSize], direction64[3][kSize];  // before rounding
-  double t_start[kSize], t_scale[kSize];
+  double t_start[kSize], t_scale[kSize], s_scale[kSize];  // t = (t_start + s) * t_scale, s_scale = 1 / t_scale
   double t_min[kSize], t_max[kSize];
   uint32_t octant[kSize];     // bit i: component i of the direction is negative
   uint8_t axes[kSize][4];     // x, y and z, as in FrameRay
@@ -56,7 +63,7 @@ struct alignas(32) FrameRays {
     shear_x[0] = from.shear_x, shear_y[0] = from.shear_y;
     swapped_origin[0][0] = from.origin[from.x], swapped_origin[1][0] = from.origin[from.y], swapped_origin[2][0] = from.origin[from.z];
     axes[0][0] = static_cast<uint8_t>(from.x), axes[0][1] = static_cast<uint8_t>(from.y), axes[0][2] = static_cast<uint8_t>(from.z);
-    t_start[0] = from.t_start, t_scale[0] = from.t_scale;
+    t_start[0] = from.t_start, t_scale[0] = from.t_scale, s_scale[0] = from.s_scale;
     t_min[0] = from_t_min, t_max[0] = from_t_max;
     s_min[0] = from.s_below(from_t_min), s_max[0] = from.s_above(from_t_max);
   }
@@ -82,23 +89,32 @@ struct alignas(32) FrameRays {
 
   void lower_t_max(int i, double t) {
     t_max[i] = t;
-    float s = static_cast<float>(t / t_scale[i] - t_start[i]);
+    float s = static_cast<float>(t * s_scale[i] - t_start[i]);
     s_max[i] = s + std::fabs(s) * 0x1p-22f + static_cast<float>(std::fabs(t_start[i]) * 0x1p-50);
   }
 };
 
-// Four rays' numbers, each as a vector, in the order that they stand in a ray.
+// What is done in double goes by so many rays at once: four or eight.
+using Doubles = hn::CappedTag<double, 8>;
+constexpr int kDoubles = hn::MaxLanes(Doubles());
+
+// So many rays' numbers, each as a vector, in the order that they stand in a ray.
 template <class V>
-HWY_INLINE void load_columns(const Ray* const rays[4], V out[8]) {
+HWY_INLINE void load_columns(const Ray* const rays[kDoubles], V out[8]) {
   static_assert(sizeof(Ray) == 8 * sizeof(double));
-  const hn::FixedTag<double, 4> d;
-  for (int half = 0; half < 8; half += 4) {
-    V row[4];
-    for (int k = 0; k < 4; ++k) row[k] = hn::LoadU(d, reinterpret_cast<const double*>(rays[k]) + half);
-    const V even01 = hn::InterleaveLower(d, row[0], row[1]), even23 = hn::InterleaveLower(d, row[2], row[3]);
-    const V odd01 = hn::InterleaveUpper(d, row[0], row[1]), odd23 = hn::InterleaveUpper(d, row[2], row[3]);
-    out[half] = hn::ConcatLowerLower(d, even23, even01), out[half + 1] = hn::ConcatLowerLower(d, odd23, odd01);
-    out[half + 2] = hn::ConcatUpperUpper(d, even23, even01), out[half + 3] = hn::ConcatUpperUpper(d, odd23, odd01);
+  const Doubles d;
+  const hn::FixedTag<double, 2> pair;
+  for (int i = 0; i < 8; i += 2) {
+    auto pairs = [&](int first) {  // of every other ray
+      auto two = [&](int k) {
+        auto of = [&](int ray) { return hn::LoadU(pair, reinterpret_cast<const double*>(rays[ray]) + i); };
+        return hn::Combine(hn::FixedTag<double, 4>(), of(k + 2), of(k));
+      };
+      if constexpr (kDoubles == 8) return hn::Combine(d, two(first + 4), two(first));
+      else return two(first);
+    };
+    const V even = pairs(0), odd = pairs(1);
+    out[i] = hn::InterleaveLower(d, even, odd), out[i + 1] = hn::InterleaveUpper(d, even, odd);
   }
 }
 
@@ -108,19 +124,19 @@ alignas(32) inline constexpr uint32_t kAxes[8] = {0x020100, 0x000201, 0x010002, 
 
 // At most kSize rays. Lanes beyond `count` repeat the last ray and are not inside.
 HWY_INLINE void enter_frame(const Frame& frame, const Ray* const* rays, int count, FrameRays& out) {
-  const hn::FixedTag<double, 4> d;
-  const hn::FixedTag<int64_t, 4> d_bits;
-  const hn::FixedTag<float, 4> f;
-  const hn::FixedTag<uint32_t, 4> f_bits;
+  const Doubles d;
+  const hn::RebindToSigned<Doubles> d_bits;
+  const hn::Rebind<float, Doubles> f;
+  const hn::RebindToUnsigned<decltype(f)> f_bits;
   using V = hn::Vec<decltype(d)>;
   auto dot = [](const V* a, const V* b) { return hn::Add(hn::Add(hn::Mul(a[0], b[0]), hn::Mul(a[1], b[1])), hn::Mul(a[2], b[2])); };
   auto demoted_to_grid = [&](V v) {
     return hn::DemoteTo(f, hn::Mul(hn::Round(hn::Mul(v, hn::Set(d, 1.0 / kGrid))), hn::Set(d, kGrid)));
   };
   out.inside = 0;
-  for (int begin = 0; begin < count; begin += 4) {
-    const Ray* r[4];
-    for (int k = 0; k < 4; ++k) r[k] = rays[std::min(begin + k, count - 1)];
+  for (int begin = 0; begin < count; begin += kDoubles) {
+    const Ray* r[kDoubles];
+    for (int k = 0; k < kDoubles; ++k) r[k] = rays[std::min(begin + k, count - 1)];
     V columns[8];
     load_columns(r, columns);
     V origin[3], direction[3], start[3];
@@ -163,7 +179,7 @@ HWY_INLINE void enter_frame(const Frame& frame, const Ray* const* rays, int coun
     const V size[3] = {hn::Abs(direction[0]), hn::Abs(direction[1]), hn::Abs(direction[2])};
     const auto z_is_x = hn::And(hn::Ge(size[0], size[1]), hn::Ge(size[0], size[2]));
     const auto z_is_y = hn::And(hn::Lt(size[0], size[1]), hn::Ge(size[1], size[2]));
-    const hn::FixedTag<uint64_t, 4> d_words;
+    const hn::RebindToUnsigned<Doubles> d_words;
     auto number = [&](uint64_t n) { return hn::BitCast(d, hn::Set(d_words, n)); };
     const auto z_axis = hn::TruncateTo(f_bits, hn::BitCast(d_words, hn::IfThenElse(z_is_x, number(1), hn::IfThenElseZero(z_is_y, number(2)))));
     const auto first = hn::RebindMask(f, hn::Eq(z_axis, hn::Set(f_bits, 1))), second = hn::RebindMask(f, hn::Eq(z_axis, hn::Set(f_bits, 2)));
@@ -187,8 +203,13 @@ HWY_INLINE void enter_frame(const Frame& frame, const Ray* const* rays, int coun
     hn::Store(axis(rounded_start, 0, 1, 2), f, out.swapped_origin[2] + begin);
     const auto of = hn::Or(z_axis, hn::ShiftLeft<2>(hn::ShiftRight<31>(hn::BitCast(f_bits, z))));
     const hn::FixedTag<uint32_t, 8> table;
-    const auto axes = hn::TableLookupLanes(hn::Load(table, kAxes), hn::IndicesFromVec(table, hn::ZeroExtendVector(table, of)));
-    hn::Store(hn::LowerHalf(axes), f_bits, reinterpret_cast<uint32_t*>(out.axes + begin));
+    auto store_axes = [&](auto numbers) {
+      auto axes_of = [&](auto eight) { return hn::TableLookupLanes(hn::Load(table, kAxes), hn::IndicesFromVec(table, eight)); };
+      auto* to = reinterpret_cast<uint32_t*>(out.axes + begin);
+      if constexpr (kDoubles == 8) hn::Store(axes_of(numbers), f_bits, to);
+      else hn::Store(hn::LowerHalf(axes_of(hn::ZeroExtendVector(table, numbers))), f_bits, to);
+    };
+    store_axes(of);
 
     const V t_min = columns[6], t_max = columns[7];
     const V s_scale = hn::Mul(hn::Set(d, frame.per_metre), hn::BitCast(d, exponent));  // 1 / t_scale
@@ -200,6 +221,7 @@ HWY_INLINE void enter_frame(const Frame& frame, const Ray* const* rays, int coun
     hn::Store(hn::Add(hn::Add(above, hn::Mul(hn::Abs(above), relative)), slack), f, out.s_max + begin);
     hn::Store(t_start, d, out.t_start + begin);
     hn::Store(t_scale, d, out.t_scale + begin);
+    hn::Store(s_scale, d, out.s_scale + begin);
     hn::Store(t_min, d, out.t_min + begin);
     hn::Store(t_max, d, out.t_max + begin);
     out.inside |= uint64_t(bits(d, inside)) << begin;
