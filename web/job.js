@@ -131,7 +131,7 @@ export function showJob(container, { id, signal }) {
   async function part(get, use) {
     try {
       const answer = await get(id, signal);
-      if (!signal.aborted) use(answer);
+      if (!signal.aborted && !gone) use(answer);
     } catch (error) {
       // 404 and 409: there is none yet, as the statistics of a job that has not begun.
       if (![404, 409].includes(error.status)) tell(error);

@@ -1,9 +1,9 @@
 /** Work that is repeated while a view is shown. */
 
 /**
- * Runs `work` now and then again `pause()` milliseconds after it ended (Infinity: no more), until the signal aborts. Rests
- * while the page is hidden, and runs at once when it is shown again. `soon()` on the result asks for a run
- * as soon as `least` milliseconds have passed since the last one began.
+ * Runs `work` now and then again `pause()` milliseconds after it ended (Infinity: never again, whoever asks), until the
+ * signal aborts. Rests while the page is hidden, and runs at once when it is shown again. `soon()` on the result asks for
+ * a run as soon as `least` milliseconds have passed since the last one began.
  */
 export function poll(work, { pause, least = 1000, signal }) {
   let timer = 0;
@@ -13,7 +13,7 @@ export function poll(work, { pause, least = 1000, signal }) {
 
   async function run() {
     clearTimeout(timer);
-    if (signal.aborted || document.hidden) return;
+    if (signal.aborted || document.hidden || pause() === Infinity) return;
     if (running) {
       again = true;
       return;

@@ -115,5 +115,6 @@ def test_a_job_deleted_elsewhere_is_let_go(server, watched):
     page.wait_for_timeout(500)
     asked = []
     page.on("request", lambda request: asked.append(request.url))
+    page.evaluate("document.dispatchEvent(new Event('visibilitychange'))")
     page.wait_for_timeout(7000)
     assert asked == []
