@@ -22,6 +22,7 @@ HWY_INLINE void trace_batch(const WideBvh& bvh, bool from_memory, const Frame& f
   Answer found[kSize];
   const Ray* group[kSize];
   NoCost free;
+  int passing_over = 0, passed_over = 0;  // groups of unlike rays come in rows
   auto index = [&](size_t i) { return order ? order[i] : i; };
   for (size_t i = 0; i < count; i += kSize) {
     const int n = static_cast<int>(std::min(kSize, count - i));
@@ -31,8 +32,14 @@ HWY_INLINE void trace_batch(const WideBvh& bvh, bool from_memory, const Frame& f
     std::fill_n(found, n, none);
     auto query = [&](int ray) { return query_of(found[ray]); };
     uint64_t left = 0;
-    for (int begin = 0; begin < n; begin += FrameRays::kPacket)
-      left |= uint64_t(trace_packet(bvh, from_memory, lines, begin, stream, query)) << begin;
+    if (passing_over > 0) {
+      --passing_over;
+    } else {
+      lines.inside = trace_group(bvh, from_memory, lines, stream, query);
+      passing_over = passed_over = lines.inside ? std::min(2 * passed_over + 1, 15) : 0;
+    }
+    for (int begin = 0; lines.inside && begin < n; begin += FrameRays::kPacket)
+      left |= trace_packet<FrameRays::kPacket>(bvh, from_memory, lines, begin, stream, query) << begin;
     if (left) left = stream.trace(bvh, from_memory, lines, left, query);
     for (; left; left &= left - 1) {
       const int ray = std::countr_zero(left);

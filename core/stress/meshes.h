@@ -117,13 +117,16 @@ inline Vec3 random_direction(Random& random) {
 }
 
 // A point of the mesh where tracers leak: a vertex, or a point on an edge.
-inline Vec3 vertex_or_edge_point(const Mesh& mesh, Random& random) {
-  const glm::uvec3& f = mesh.faces[random() % mesh.faces.size()];
+inline Vec3 vertex_or_edge_point(const Mesh& mesh, size_t face, Random& random) {
+  const glm::uvec3& f = mesh.faces[face];
   int k = random() % 3;
   Vec3 a = mesh.frame.from_frame(Vec3(mesh.vertices[f[k]])), b = mesh.frame.from_frame(Vec3(mesh.vertices[f[(k + 1) % 3]]));
   if (random() & 1) return a;
   double w = (random() & 1) ? 0.5 : std::uniform_real_distribution<double>(0, 1)(random);
   return a + w * (b - a);
+}
+inline Vec3 vertex_or_edge_point(const Mesh& mesh, Random& random) {
+  return vertex_or_edge_point(mesh, random() % mesh.faces.size(), random);
 }
 
 }  // namespace tilecast::stress

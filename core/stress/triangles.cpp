@@ -1,4 +1,5 @@
-// Gates 1, 2 and 8: rays at the vertices and edges of closed meshes, also of such with collinear faces.
+// Gates 1, 2 and 8: rays at the vertices and edges of closed meshes, also of such with collinear faces; and gate 5 for rays
+// that are traced together.
 #include "accel/accelerated_mesh.h"
 #include "stress/meshes.h"
 #include "stress/stress.h"
@@ -69,6 +70,48 @@ Tally aim(const std::vector<Placed>& meshes, Random& random, uint64_t i) {
   return {from_inside && !hit, sum != 0};
 }
 
+// Rays that are traced together: at edges of one face or of its neighbours, from one point or from near it, or all over.
+struct Batch {
+  static constexpr uint64_t kRays = 64;
+  const Placed* placed;
+  bool from_inside;
+  std::array<Ray, kRays> rays;
+  std::array<FaceHit, kRays> closest;
+  std::array<uint32_t, kRays> stopped_by;
+
+  void trace(Random& random, uint64_t number) {
+    const auto& meshes = plain_meshes();
+    placed = &meshes[number % meshes.size()];
+    const uint64_t round = number / meshes.size();
+    from_inside = round & 1;
+    const Mesh& mesh = placed->mesh.mesh();
+    const size_t face = random() % mesh.faces.size(), neighbours = std::array<size_t, 4>{1, 8, 64, mesh.faces.size()}[round / 2 % 4];
+    const double apart = placed->radius * std::array{0.0, 1e-3, 0.05, 0.4}[round / 8 % 4];
+    const Vec3 eye = placed->inside + placed->radius * (from_inside ? uniform(random, 0.0, 0.5) : 4.0) * random_direction(random);
+    for (Ray& ray : rays) {
+      ray = {eye + apart * random_direction(random), {}};
+      ray.direction = vertex_or_edge_point(mesh, (face + random() % neighbours) % mesh.faces.size(), random) - ray.origin;
+      if (round / 32 % 2) ray.t_max = 1.0;
+    }
+    placed->mesh.closest(rays, closest.data());
+    placed->mesh.occluded(rays, stopped_by.data());
+  }
+  // Whether a ray of the batch leaves the mesh, or alone has another answer.
+  bool fails(size_t i) const {
+    NoCost free;
+    const FaceHit &hit = closest[i], alone = placed->mesh.closest(rays[i], free);
+    const bool found = alone.face != FaceHit::kNone;
+    return (from_inside && rays[i].t_max == kInfinity && !found) || (stopped_by[i] != FaceHit::kNone) != found || hit.face != alone.face ||
+           (found && (hit.t != alone.t || hit.u != alone.u || hit.v != alone.v || hit.entering != alone.entering));
+  }
+};
+
+double failing_in_batches(uint64_t first, uint64_t count) {
+  thread_local Batch batch;
+  return sum_over_rows(first, count, Batch::kRays, [](Random& random, uint64_t number) { batch.trace(random, number); },
+                       [](Random&, uint64_t i) { return batch.fails(i % Batch::kRays); });
+}
+
 }  // namespace
 
 void add_triangles(std::vector<Case>& out) {
@@ -82,6 +125,8 @@ void add_triangles(std::vector<Case>& out) {
                    Tally tally = aim(collinear_meshes(), random, i);
                    return tally.leaks || tally.unbalanced;
                  })});
+  out.push_back({"batches", 5, "rays that leave a closed mesh, or have another answer together than alone", 0, Combine::Sum,
+                 1'000'000, 1'000'000'000, failing_in_batches});
 }
 
 }  // namespace tilecast::stress

@@ -55,7 +55,7 @@ std::vector<Ray> rays_at(const Mesh& mesh, const Place& place, stress::Random& r
   for (int block = 0; block < 40; ++block) {
     Vec3 eye = 3.0 * stress::random_direction(random), at = Vec3{unit(random), unit(random), unit(random)};
     const double apart = std::array{0.02, 0.1, 0.4}[block % 3];  // narrow packets, and such that part on the way
-    for (int k = 0; k < 16; ++k)
+    for (int k = 0; k < (block < 8 ? 64 : 16); ++k)  // first such that all go together
       rays.push_back({from(eye), place.scale * (at - eye + apart * Vec3{unit(random), unit(random), unit(random)})});
   }
   for (int i = 0; i < 600; ++i) {
