@@ -27,7 +27,7 @@ inline Fresnel fresnel_dielectric(double cos_incident, double eta) {
   if (g2 <= 0.0) return {1.0, 0.0, true};
   double g = std::sqrt(g2);
   double sin2 = (1.0 - c) * (1.0 + c);
-  double a = (eta - 1.0) * (eta + 1.0) / ((g + c) * (g + c));
+  double a = ((eta2.hi - 1.0) + eta2.lo) / ((g + c) * (g + c));
   double b = (c * g - sin2) / (c * g + sin2);
   double reflectance = 0.5 * a * a * (1.0 + b * b);
   if (reflectance > 0.3) {  // what is transmitted, from the amplitudes of the two polarisations, is then more exact

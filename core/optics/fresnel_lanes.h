@@ -19,7 +19,7 @@ inline FresnelLanes fresnel_dielectric(const Double8& c, const Double8& eta) {
   const Double8 g2 = sum.hi + (sum.lo + (near.lo + rest.lo));
   const Mask8d total = g2 <= 0.0;
   const Double8 g = sqrt(choose(total, one, g2)), sin2 = (one - c) * (one + c);
-  const Double8 a = (eta - one) * (eta + one) / ((g + c) * (g + c)), b = (c * g - sin2) / (c * g + sin2);
+  const Double8 a = ((eta2.hi - one) + eta2.lo) / ((g + c) * (g + c)), b = (c * g - sin2) / (c * g + sin2);
   Double8 reflectance = Double8(0.5) * a * a * (one + b * b);
   const Mask8d much = reflectance > 0.3;
   if (bits(much) != 0) {

@@ -16,7 +16,8 @@ struct QuadFresnel {
 
 // The two polarisations' amplitudes, by Fresnel's own formulas.
 QuadFresnel fresnel_in_quad(Quad c, Quad eta) {
-  Quad g2 = (eta - 1) * (eta + 1) + c * c;
+  Quad c2 = c * c, eta2 = eta * eta;  // exact; so is the difference of one of them from 1 where the sum nearly cancels
+  Quad g2 = c2 >= 0.5 ? eta2 + (c2 - 1) : (eta2 - 1) + c2;
   if (g2 <= 0) return {};
   Quad g = root_of(g2), p = eta * eta * c;
   Quad s = c + g, t = p + g;

@@ -73,17 +73,24 @@ Material random_material(Random& random, SceneBuilder& builder, double rough) {
 
 // Solids at unit size, a mesh, a CSG, open surfaces: one of them.
 uint32_t random_object(Random& random, SceneBuilder& builder) {
-  auto solid = [&](Affine& to_unit) {
-    const Solid found = random_solid(static_cast<int>(random() % kSolidKinds), random);
+  auto solid = [&](Affine& to_unit, int kinds = kSolidKinds) {
+    const Solid found = random_solid(static_cast<int>(random() % kinds), random);
     to_unit = scale(Vec3(1.0 / size_of(found)));
     return builder.add_solid(found);
   };
+  static_assert(std::is_same_v<std::variant_alternative_t<kSolidKinds - 1, Solid>, Halfspace>);
+  auto operand = [&](Affine& to_unit) { return solid(to_unit, kSolidKinds - 1); };  // not a halfspace with an end of its own
   Affine a, b;
   switch (random() % 6) {
     case 0: return builder.add_mesh(icosphere(1).build(), "auto");
     case 1: return builder.add_flat(Disk{1.0});
     case 2: {
-      const uint32_t first = solid(a), second = solid(b);
+      const uint32_t first = operand(a);
+      if (once_in(random, 4)) {
+        const uint32_t half = builder.add_solid(Halfspace::of(random_direction(random), uniform(random, -0.5, 0.5)));
+        return builder.add_csg(one_of(random, {CsgOperation::Intersection, CsgOperation::Difference}), {{first, a}, {half, Affine{}}});
+      }
+      const uint32_t second = operand(b);
       return builder.add_csg(one_of(random, {CsgOperation::Union, CsgOperation::Intersection, CsgOperation::Difference}),
                              {{first, a}, {second, b}});
     }
