@@ -34,11 +34,10 @@ Rgb next_event(const Scene& scene, const Surface& surface, bool entering, const 
   return f * direct.radiance * left * (direct.pdf > 0.0 ? power_heuristic(direct.pdf, bsdf_pdf) : 1.0);
 }
 
-// kPassable: light may go through surfaces. kLit: lights are sampled.
-template <bool kPassable, bool kLit>
+template <bool kPassable>
 Rgb trace(const Scene& scene, Ray ray, MediaOf<kPassable> media, Sampler& sampler, Tracing& tracing, Seen seen) {
   const int max_depth = scene.integrator == Integrator::Direct ? std::min(2, scene.max_depth) : scene.max_depth;
-  constexpr bool sample_lights = built_with("shadow_rays") && kLit;
+  const bool sample_lights = built_with("shadow_rays") && scene.next_event && scene.lights.count() > 0;
   Rgb sum(0.0), throughput(1.0);
   double scale = 1.0;        // of radiance by refraction, which roulette must not mistake for absorption
   double bsdf_pdf = 0.0;     // of the direction that led here; 0: no light could have been sampled instead
@@ -142,9 +141,8 @@ Rgb seen_emission(const Scene& scene, const Ray& ray, Tracing& tracing) {
 }
 
 Rgb trace_path(const Scene& scene, const Ray& ray, const Media& media, Sampler& sampler, Tracing& tracing, Seen seen) {
-  const bool lit = scene.next_event && scene.lights.count() > 0;
-  if (passable(scene)) return (lit ? trace<true, true> : trace<true, false>)(scene, ray, media, sampler, tracing, seen);
-  return (lit ? trace<false, true> : trace<false, false>)(scene, ray, {}, sampler, tracing, seen);
+  if (passable(scene)) return trace<true>(scene, ray, media, sampler, tracing, seen);
+  return trace<false>(scene, ray, {}, sampler, tracing, seen);
 }
 
 }  // namespace tilecast

@@ -54,8 +54,9 @@ LightBounds AreaLight::bounds() const {
 void Lights::finish() {
   std::sort(areas.begin(), areas.end(),
             [](const AreaLight& a, const AreaLight& b) { return a.first_primitive < b.first_primitive; });
+  count_ = environment_number() + (environment != nullptr);
   const size_t near = first_directional();
-  share_ = 1.0 / (count() - near + (near > 0));
+  share_ = 1.0 / (count_ - near + (near > 0));
   cumulative_.clear();
   if (near >= kManyLights) {
     std::vector<LightBounds> bounds;

@@ -78,9 +78,9 @@ struct Lights {
   size_t first_area() const { return first_spot() + spots.size(); }
   size_t first_directional() const { return first_area() + areas.size(); }
   size_t environment_number() const { return first_directional() + directionals.size(); }
-  size_t count() const { return environment_number() + (environment != nullptr); }
+  size_t count() const { return count_; }
 
-  // Makes what choosing needs.
+  // Counts them, and makes what choosing needs.
   void finish();
   LightChoice choose(double u, const LitPlace& place) const;
   // The probability with which choose() takes the light.
@@ -90,6 +90,7 @@ struct Lights {
   bool has_tree() const { return !tree_.empty(); }
 
  private:
+  size_t count_ = 0;                // asked for at every hit
   std::vector<double> cumulative_;  // power up to and with this light of those at a place, where they have no tree
   LightTree tree_;
   double share_ = 1.0;              // the probability of each that is far away, and of all others together
