@@ -140,6 +140,29 @@ double band_integral(const Function& function, const Specimen& specimen, const V
   return cliff > low && cliff < high ? part(low, cliff) + part(cliff, high) : part(low, high);
 }
 
+// The same in parts. Light that comes in flat leaves near the horizon in the mirror's azimuth, in a peak the narrower the
+// flatter: the parts shrink towards both.
+template <class Function>
+double graded_integral(const Function& function, const Specimen& specimen, const Vec3& wo, int side, double low, double high,
+                       double t0, double t1, int least_depth) {
+  static constexpr double kCosines[]{1e-3, 0.01, 0.05, 0.25, 0.5}, kTurnsAway[]{0.0, 1e-4, 1e-3, 0.01, 0.0625, 0.25, 0.5};
+  const double mirror = std::atan2(-wo.y, -wo.x) / (2.0 * kPi);
+  std::vector<double> cosines{low, high}, turns{t0, t1};
+  for (double cosine : kCosines)
+    if (cosine > low && cosine < high) cosines.push_back(cosine);
+  for (double away : kTurnsAway)
+    for (double turn : {mirror + away, mirror - away})
+      for (int whole : {-1, 0, 1})
+        if (turn + whole > t0 && turn + whole < t1) turns.push_back(turn + whole);
+  std::sort(cosines.begin(), cosines.end());
+  std::sort(turns.begin(), turns.end());
+  double sum = 0.0;
+  for (size_t i = 0; i + 1 < cosines.size(); ++i)
+    for (size_t k = 0; k + 1 < turns.size(); ++k)
+      sum += band_integral(function, specimen, wo, side, cosines[i], cosines[i + 1], turns[k], turns[k + 1], least_depth);
+  return sum;
+}
+
 constexpr int kBands = 12, kTurns = 16;  // of the histogram; bands on each side
 
 // --- Gate 28
@@ -179,8 +202,8 @@ double density_error(Random& random, uint64_t i) {
     for (int column = 0; column < kTurns; ++column) {
       double low = double(band % kBands) / kBands, high = double(band % kBands + 1) / kBands;
       double& mean = expected[band * kTurns + column];
-      mean = kSamples * band_integral(density, specimen, wo, band < kBands ? 1 : -1, low, high, double(column) / kTurns,
-                                      double(column + 1) / kTurns, 1);
+      mean = kSamples * graded_integral(density, specimen, wo, band < kBands ? 1 : -1, low, high, double(column) / kTurns,
+                                        double(column + 1) / kTurns, 1);
       rest -= mean;
     }
   if (rest < -1e-3 * kSamples) return kInfinity;
@@ -219,18 +242,8 @@ double lost_in_all(Random& random, uint64_t i) {
     double pdf;
     return weight(specimen, wi, bsdf.evaluate(wo, wi, pdf));
   };
-  // Light that comes in flat leaves near the horizon in the mirror's azimuth, in a peak the narrower the flatter: the patches
-  // shrink towards both.
-  static constexpr double kCosines[]{0.0, 1e-3, 0.01, 0.05, 0.25, 0.5, 1.0};
-  static constexpr double kTurnsAway[]{0.0, 1e-4, 1e-3, 0.01, 0.0625, 0.25, 0.5};
-  const double mirror = std::atan2(-wo.y, -wo.x) / (2.0 * kPi);
   double sum = 0.0;
-  for (int side : {1, -1})
-    for (int way : {1, -1})
-      for (size_t i = 0; i + 1 < std::size(kTurnsAway); ++i)
-        for (size_t k = 0; k + 1 < std::size(kCosines); ++k)
-          sum += band_integral(f, specimen, wo, side, kCosines[k], kCosines[k + 1], mirror + way * kTurnsAway[i],
-                               mirror + way * kTurnsAway[i + 1], 2);
+  for (int side : {1, -1}) sum += graded_integral(f, specimen, wo, side, 0.0, 1.0, 0.0, 1.0, 2);
   Beam beams[kMostBeams];
   for (int k = 0, count = bsdf.beams(wo, beams); k < count; ++k) sum += weight(specimen, beams[k].wi, beams[k].weight);
   return specimen.white ? std::fabs(sum - 1.0) : std::max(0.0, sum - 1.0);
