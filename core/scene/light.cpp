@@ -144,7 +144,7 @@ LightSample sample(const AreaLight& light, double u_piece, const Vec2& u) {
   LightSample out;
   out.point = piece.origin + a * piece.edge1 + b * piece.edge2;
   out.normal = light.flip * glm::normalize(glm::cross(piece.edge1, piece.edge2));
-  out.error = 32 * kUnitRoundoff * (max_abs(piece.origin) + max_abs(piece.edge1) + max_abs(piece.edge2));
+  out.error = 32 * kUnitRoundoff * (max_abs(piece.origin) + max_abs(piece.edge1) + max_abs(piece.edge2)) + light.sideways;
   return out;
 }
 

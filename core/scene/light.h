@@ -51,6 +51,7 @@ struct AreaLight {
   std::vector<Piece> pieces;
   std::vector<double> cumulative;  // area of the pieces up to and with this one
   Shape shape = Shape::Parallelogram;  // of all pieces
+  double sideways = 0.0;           // how far beside a piece a ray may still meet it, metres: a mesh's
   double flip = 1.0;               // -1 where cross(edge1, edge2) points to the back
   Rgb radiance;
   int refracting = -1;             // number of its material, where light goes through that
