@@ -20,7 +20,6 @@
 namespace tilecast {
 
 inline constexpr float kBoxPadding = 0x1p-19f;
-inline constexpr double kSidewaysError = 0x1p-22;  // how far beside a triangle the float test may still see a hit
 inline constexpr double kGrid = 0x1p-36;
 
 // Rounds to a multiple of 2^-36, then to float.
@@ -53,6 +52,8 @@ struct Frame {
 
   Vec3 to_frame(const Vec3& p) const { return (p - centre) * per_metre; }
   Vec3 from_frame(const Vec3& p) const { return centre + scale * p; }
+  // How far beside a triangle the float test may still see a hit, metres.
+  double sideways_error() const { return 0x1p-22 * scale; }
 };
 
 // The line of a ray in a frame, in double and rounded to float. Parameters: t of the ray = (t_start + s) * t_scale,

@@ -186,7 +186,7 @@ void SceneBuilder::collect_lights(uint32_t handle, const Affine& to_world, int m
     const Mesh& mesh = scene_.meshes[object.index].mesh();
     light.shape = AreaLight::Shape::Triangle;
     light.flip = mirrored;
-    light.sideways = kSidewaysError * mesh.frame.scale * to_world.stretch();
+    light.sideways = mesh.frame.sideways_error() * to_world.stretch();
     for (uint32_t face = 0; face < mesh.faces.size(); ++face) {
       Triangle t = mesh.triangle(face);
       Vec3 a = to_world.point(mesh.frame.from_frame(Vec3(t.a)));

@@ -20,7 +20,7 @@ struct Leaf {
       Vec3 a(triangle.a), b(triangle.b), c(triangle.c);
       Vec3 e1 = b - a, e2 = c - a;
       return {mesh.frame.from_frame(a + hit.u * e1 + hit.v * e2), glm::cross(e1, e2),
-              kSidewaysError * mesh.frame.scale};
+              mesh.frame.sideways_error()};
     }
     case Kind::Solid: {
       const Solid& solid = scene.solids[object.index];

@@ -102,7 +102,7 @@ double moved_by(double displacement, const Vec3& normal, const Ray& line, double
 double crossing_error(const Mesh& mesh, uint32_t face, const Ray& line, double displacement) {
   Triangle triangle = mesh.triangle(face);
   Vec3 n = glm::cross(Vec3(triangle.b) - Vec3(triangle.a), Vec3(triangle.c) - Vec3(triangle.a));
-  return moved_by(kSidewaysError * mesh.frame.scale + displacement, n, line, 2.0 * mesh.frame.scale);
+  return moved_by(mesh.frame.sideways_error() + displacement, n, line, 2.0 * mesh.frame.scale);
 }
 
 template <class Cost>
