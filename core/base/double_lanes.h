@@ -32,6 +32,13 @@ inline void store4(double* p, Double4 x) { std::memcpy(p, &x, sizeof(x)); }
 inline Double4 min(Double4 a, Double4 b) { return b < a ? b : a; }
 inline Double4 max(Double4 a, Double4 b) { return a < b ? b : a; }
 inline Double4 abs(Double4 x) { return (Double4)((Mask4)x & INT64_MAX); }
+inline Double4 copysign(Double4 x, Double4 sign) { return (Double4)(((Mask4)x & INT64_MAX) | ((Mask4)sign & INT64_MIN)); }
+inline Double4 choose(Mask4 m, Double4 a, Double4 b) { return m ? a : b; }
+
+// That of base/frame.h.
+inline Double4 power_below_reciprocal(Double4 x) {
+  return (Double4)((int64_t(0x7fe) << 52) - ((Mask4)x & (int64_t(0x7ff) << 52)));
+}
 
 #ifdef __AVX2__
 inline Double4 sqrt(Double4 x) { return (Double4)_mm256_sqrt_pd((__m256d)x); }
@@ -62,6 +69,7 @@ struct Vec3x4 {  // four vectors
 
 inline Vec3x4 all(const Vec3& v) { return {all(v.x), all(v.y), all(v.z)}; }
 inline Vec3x4 operator+(const Vec3x4& a, const Vec3x4& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline Vec3x4 operator-(const Vec3x4& v) { return {-v.x, -v.y, -v.z}; }
 inline Vec3x4 operator-(const Vec3x4& a, const Vec3x4& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 inline Vec3x4 operator*(const Vec3x4& a, const Vec3x4& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
 inline Vec3x4 operator*(const Vec3x4& a, Double4 b) { return {a.x * b, a.y * b, a.z * b}; }

@@ -57,19 +57,22 @@ class SamplerLanes {
   // One of them, after so many calls.
   Sampler lane(int i, uint32_t dimension) const { return {index_[i], key_[i], dimension}; }
 
-  // What Sampler would give next after so many calls.
-  Double next1(uint32_t dimension) const {
+  // What Sampler would give next after so many calls: as many in all lanes (uint32_t), or in each as many (Uint).
+  template <class Dimension>
+  Double next1(Dimension dimension) const {
     const Uint key = key_of(dimension);
     return lanes::to_unit(lanes::reverse(sobol::permute(shuffled(key), hash_mix(key + 1))));
   }
-  void next2(uint32_t dimension, Double& x, Double& y) const {
+  template <class Dimension>
+  void next2(Dimension dimension, Double& x, Double& y) const {
     const Uint key = key_of(dimension), i = shuffled(key);
     x = lanes::to_unit(lanes::reverse(sobol::permute(i, hash_mix(key + 1))));
     y = lanes::to_unit(lanes::reverse(sobol::permute(sobol::second_dimension(i), hash_mix(key + 2))));
   }
 
  private:
-  Uint key_of(uint32_t dimension) const { return hash_mix(key_ ^ hash_mix(dimension + 0x9e3779b9u)); }  // hash_combine
+  template <class Dimension>
+  Uint key_of(Dimension dimension) const { return hash_mix(key_ ^ hash_mix(dimension + 0x9e3779b9u)); }  // hash_combine
   Uint shuffled(Uint key) const { return lanes::reverse(sobol::permute(index_, key)); }
 
   Uint index_, key_;

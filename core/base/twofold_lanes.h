@@ -1,37 +1,40 @@
-// base/twofold.h for eight numbers at once: the same operations, and so the same bits.
+// base/twofold.h for several numbers at once: the same operations, and so the same bits. D: Double4 or Double8.
 #pragma once
 
 #include "base/lanes64.h"
 
 namespace tilecast {
 
+template <class D>
 struct TwofoldLanes {
-  Double8 hi, lo;
+  D hi, lo;
 
-  Double8 value() const { return hi + lo; }
+  D value() const { return hi + lo; }
 };
 
-inline TwofoldLanes two_sum(const Double8& a, const Double8& b) {
-  const Double8 sum = a + b, part = sum - a;
+template <class D>
+inline TwofoldLanes<D> two_sum(const D& a, const D& b) {
+  const D sum = a + b, part = sum - a;
   return {sum, (a - (sum - part)) + (b - part)};
 }
-inline TwofoldLanes two_product(const Double8& a, const Double8& b) {
-  const Double8 product = a * b;
+template <class D>
+inline TwofoldLanes<D> two_product(const D& a, const D& b) {
+  const D product = a * b;
   return {product, fma(a, b, -product)};
 }
-template <int n>
-[[gnu::always_inline]] inline TwofoldLanes twofold_dot(const Double8 (&a)[n], const Double8 (&b)[n]) {
-  TwofoldLanes sum = two_product(a[0], b[0]);
+template <class D, int n>
+[[gnu::always_inline]] inline TwofoldLanes<D> twofold_dot(const D (&a)[n], const D (&b)[n]) {
+  TwofoldLanes<D> sum = two_product(a[0], b[0]);
   for (int i = 1; i < n; ++i) {
-    const TwofoldLanes product = two_product(a[i], b[i]), next = two_sum(sum.hi, product.hi);
+    const TwofoldLanes<D> product = two_product(a[i], b[i]), next = two_sum(sum.hi, product.hi);
     sum = {next.hi, sum.lo + (next.lo + product.lo)};
   }
   return sum;
 }
-template <int n>
-[[gnu::always_inline]] inline TwofoldLanes twofold_square(const Double8 (&v)[n], double x) {
-  const TwofoldLanes sum = twofold_dot(v, v), product = two_product(Double8(x), Double8(x)),
-                     rest = two_sum(sum.hi, -product.hi);
+template <class D, int n>
+[[gnu::always_inline]] inline TwofoldLanes<D> twofold_square(const D (&v)[n], double x) {
+  const TwofoldLanes<D> sum = twofold_dot(v, v), product = two_product(D{} + x, D{} + x),
+                        rest = two_sum(sum.hi, -product.hi);
   return {rest.hi, sum.lo + (rest.lo - product.lo)};
 }
 

@@ -44,8 +44,8 @@ struct LatestLanes {
   template <int n>
   void ball(const Double8 (&origin)[n], const Double8 (&direction)[n], double r) {
     const NearOneLanes<n> near(origin, direction, r);
-    const TwofoldLanes a = twofold_dot(near.d, near.d), b = twofold_dot(near.o, near.d),
-                       c = twofold_square(near.o, near.radius);
+    const TwofoldLanes<Double8> a = twofold_dot(near.d, near.d), b = twofold_dot(near.o, near.d),
+                                c = twofold_square(near.o, near.radius);
     const Double8 product = a.hi * c.hi, remainder = fma(a.hi, c.hi, -product);
     const Double8 low = Double8(2.0) * b.hi * b.lo - fma(a.hi, c.lo, a.lo * c.hi);
     const Double8 discriminant = fma(b.hi, b.hi, -product) + (low - remainder);

@@ -30,6 +30,18 @@ Rgb seen_emission(const Scene& scene, const Ray& ray, Tracing& tracing);
 Rgb trace_path(const Scene& scene, const Ray& ray, const Media& media, Sampler& sampler, Tracing& tracing,
                Seen seen = Seen::ByPath);
 
+// How far a path has come, before it meets its next surface.
+struct PathState {
+  Rgb sum{0.0}, throughput{1.0};
+  double scale = 1.0;     // of radiance by refraction, which roulette must not mistake for absorption
+  double bsdf_pdf = 0.0;  // of the direction that led here; 0: no light could have been sampled instead
+  LitPlace from;          // where it was taken; asked where there are several lights, or one that is a ball
+  int depth = 1;          // of the segment to come
+};
+// The rest of such a path, along a ray of that segment, for which numbers have been taken from the sampler.
+Rgb continue_path(const Scene& scene, const Ray& ray, const Media& media, Sampler& sampler, Tracing& tracing, Seen seen,
+                  const PathState& state);
+
 // Whitted, "An Improved Illumination Model for Shaded Display", CACM 23(6), 1980: direct light, mirror and refracted
 // rays followed recursively, no diffuse interreflection. Shadow rays pass through dielectrics unbent, weakened at
 // their surfaces and inside.

@@ -35,16 +35,15 @@ Rgb next_event(const Scene& scene, const Surface& surface, bool entering, const 
 }
 
 template <bool kPassable>
-Rgb trace(const Scene& scene, Ray ray, MediaOf<kPassable> media, Sampler& sampler, Tracing& tracing, Seen seen) {
+Rgb trace(const Scene& scene, Ray ray, MediaOf<kPassable> media, Sampler& sampler, Tracing& tracing, Seen seen,
+          const PathState& state = {}) {
   const int max_depth = scene.integrator == Integrator::Direct ? std::min(2, scene.max_depth) : scene.max_depth;
   const bool sample_lights = built_with("shadow_rays") && scene.next_event && scene.lights.count() > 0;
-  Rgb sum(0.0), throughput(1.0);
-  double scale = 1.0;        // of radiance by refraction, which roulette must not mistake for absorption
-  double bsdf_pdf = 0.0;     // of the direction that led here; 0: no light could have been sampled instead
-  LitPlace from;             // where it was taken
+  Rgb sum = state.sum, throughput = state.throughput;
+  double scale = state.scale, bsdf_pdf = state.bsdf_pdf;
+  LitPlace from = state.from;
   auto chosen = [&](size_t light) { return scene.lights.probability(light, from); };
-  ++tracing.counts.camera;
-  for (int depth = 1;; ++depth) {
+  for (int depth = state.depth;; ++depth) {
     Hit hit;
     Surface surface;
     Boundary boundary;
@@ -141,8 +140,14 @@ Rgb seen_emission(const Scene& scene, const Ray& ray, Tracing& tracing) {
 }
 
 Rgb trace_path(const Scene& scene, const Ray& ray, const Media& media, Sampler& sampler, Tracing& tracing, Seen seen) {
+  ++tracing.counts.camera;
   if (passable(scene)) return trace<true>(scene, ray, media, sampler, tracing, seen);
   return trace<false>(scene, ray, {}, sampler, tracing, seen);
+}
+
+Rgb continue_path(const Scene& scene, const Ray& ray, const Media& media, Sampler& sampler, Tracing& tracing, Seen seen,
+                  const PathState& state) {
+  return trace<true>(scene, ray, media, sampler, tracing, seen, state);
 }
 
 }  // namespace tilecast

@@ -1,5 +1,7 @@
 #include "integrators/plain_hits.h"
 
+#include "base/twofold_lanes.h"
+
 namespace tilecast {
 namespace {
 
@@ -10,10 +12,12 @@ Double4 local(const Shape& shape, int i, const Vec3x4& v) {
   return fma(shape.to_local[i][0], v.x, fma(shape.to_local[i][1], v.y, shape.to_local[i][2] * v.z));
 }
 
-// Where a line is inside a box: Block's.
-struct BoxInterval {
+// Where a line is inside of something convex.
+struct Chord {
   Double4 enter, exit;
   Mask4 met;
+};
+struct BoxChord : Chord {
   Mask4 enter_face, exit_face;
 };
 
@@ -36,9 +40,34 @@ struct BoxLine {  // in the box's space
   }
 };
 
+// inside_ball() of geometry/ball.h; met where it is asked for.
+[[gnu::always_inline]] inline Chord in_ball(const Shape& ball, const Vec3x4& from, const Vec3x4& direction, Mask4 asked) {
+  Double4 o[3], d[3];
+  for (int i = 0; i < 3; ++i) o[i] = local(ball, i, from) * ball.scale, d[i] = local(ball, i, direction);
+  const Double4 longest = max(max(abs(d[0]), abs(d[1])), abs(d[2])), stretch = power_below_reciprocal(longest);
+  for (Double4& component : d) component *= stretch;
+  auto dot3 = [](const Double4 (&a)[3], const Double4 (&b)[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
+  const Double4 along = dot3(o, d) / dot3(d, d);
+  const Double4 nearest[3]{o[0] - along * d[0], o[1] - along * d[1], o[2] - along * d[2]};
+  const Double4 room = ball.radius + 0x1p-48 * max(max(abs(o[0]), abs(o[1])), abs(o[2]));
+  Chord out{{}, {}, asked & ~(dot3(nearest, nearest) > room * room) & (longest > 0.0)};
+  if (!bits(out.met)) return out;
+  const TwofoldLanes<Double4> a = twofold_dot(d, d), b = twofold_dot(o, d), c = twofold_square(o, ball.radius);
+  const Double4 product = a.hi * c.hi, remainder = fma(a.hi, c.hi, -product);
+  const Double4 low = 2.0 * b.hi * b.lo - fma(a.hi, c.lo, a.lo * c.hi);
+  const Double4 discriminant = fma(b.hi, b.hi, -product) + (low - remainder);
+  out.met &= discriminant > 0.0;
+  const Double4 root = sqrt(max(all(0.0), discriminant)), q = -(b.hi + copysign(root, b.hi) + b.lo);
+  const Double4 first = q / (a.value() + 0.0), second = c.value() / q, unit = stretch * ball.unit;
+  out.enter = min(first, second) * unit, out.exit = max(first, second) * unit;
+  out.met &= (out.enter < out.exit) & (abs(out.enter) < kInfinity) & (abs(out.exit) < kInfinity);
+  return out;
+}
+
+// Block's.
 template <bool kFaces>
-BoxInterval inside(const Shape& box, const BoxLine& line) {
-  BoxInterval out{all(-kInfinity), all(kInfinity), all(true), {}, {}};
+[[gnu::always_inline]] inline BoxChord in_box(const Shape& box, const BoxLine& line) {
+  BoxChord out{{all(-kInfinity), all(kInfinity), all(true)}, {}, {}};
   for (int i = 0; i < 3; ++i) {
     const Double4 o = line.o[i], d = line.d[i];
     const Double4 low = (box.lo[i] - o) / d, high = (box.hi[i] - o) / d;
@@ -62,19 +91,33 @@ BoxInterval inside(const Shape& box, const BoxLine& line) {
   return out;
 }
 
+// Whether what is met at t stands before the light.
+Mask4 shadows(Double4 t) { return (t > 0.0) & (t <= 1.0); }
+
 }  // namespace
 
+template <bool kChalk>
 PlainHits closest(const PlainScene& plain, const Vec3x4& origin, const Vec3x4& direction) {
   PlainHits best;
   for (const Shape& shape : plain.shapes) {
     const Vec3x4 from{origin.x - shape.origin[0], origin.y - shape.origin[1], origin.z - shape.origin[2]};
-    if (shape.box) {
-      const BoxInterval interval = inside<true>(shape, BoxLine(shape, from, direction));
-      const Mask4 outside = interval.enter > 0.0;
-      const Double4 t = outside ? interval.enter : interval.exit;
-      const Mask4 nearer = interval.met & (t > 0.0) & (t < best.t);
+    if (!kChalk && shape.kind == Shape::Kind::Ball) {
+      const Chord chord = in_ball(shape, from, direction, all(true));
+      const Mask4 outside = chord.enter > 0.0;
+      const Double4 t = outside ? chord.enter : chord.exit;
+      const Mask4 nearer = chord.met & (t > 0.0) & (t < best.t);
       best.t = nearer ? t : best.t;
-      best.face = nearer ? shape.face + (outside ? interval.enter_face : interval.exit_face) : best.face;
+      best.face = nearer ? shape.face + Mask4{} : best.face;
+      best.entering = nearer ? outside : best.entering;
+      continue;
+    }
+    if (shape.kind == Shape::Kind::Box) {
+      const BoxChord chord = in_box<true>(shape, BoxLine(shape, from, direction));
+      const Mask4 outside = chord.enter > 0.0;
+      const Double4 t = outside ? chord.enter : chord.exit;
+      const Mask4 nearer = chord.met & (t > 0.0) & (t < best.t);
+      best.t = nearer ? t : best.t;
+      best.face = nearer ? shape.face + (outside ? chord.enter_face : chord.exit_face) : best.face;
       best.entering = nearer ? outside : best.entering;
       continue;
     }
@@ -91,23 +134,26 @@ PlainHits closest(const PlainScene& plain, const Vec3x4& origin, const Vec3x4& d
   return best;
 }
 
+template <bool kChalk>
 Mask4 occluded(const PlainScene& plain, const Vec3x4& origin, const Vec3x4& direction, Mask4 asked) {
   Mask4 stopped{};
   for (const Shape& shape : plain.shapes) {
     const Vec3x4 from{origin.x - shape.origin[0], origin.y - shape.origin[1], origin.z - shape.origin[2]};
-    if (shape.box) {
+    if (!kChalk && shape.kind == Shape::Kind::Ball) {
+      const Chord chord = in_ball(shape, from, direction, asked & ~stopped);
+      stopped |= chord.met & (shadows(chord.enter) | shadows(chord.exit));
+    } else if (shape.kind == Shape::Kind::Box) {
       const BoxLine line(shape, from, direction);
       if (!bits(asked & ~stopped & ~line.beside(shape))) continue;
-      const BoxInterval interval = inside<false>(shape, line);
-      auto within = [](Double4 t) { return (t > 0.0) & (t <= 1.0); };
-      stopped |= interval.met & (within(interval.enter) | within(interval.exit));
+      const BoxChord chord = in_box<false>(shape, line);
+      stopped |= chord.met & (shadows(chord.enter) | shadows(chord.exit));
     } else {
       // Most are not crossed: then signs or sizes tell before anything is divided, as t <= 1 means |above| <= |down|.
       const Double4 above = local(shape, 1, from), down = local(shape, 1, direction);
       Mask4 within = ((Mask4)above ^ (Mask4)down) & ((abs(above) <= abs(down)) & asked & ~stopped);
       if (!bits(within)) continue;
       const Double4 t = -above / down;
-      within = (t > 0.0) & (t <= 1.0) & asked & ~stopped;
+      within = shadows(t) & asked & ~stopped;
       const Double4 x = fma(t, local(shape, 0, direction), local(shape, 0, from));
       const Double4 z = fma(t, local(shape, 2, direction), local(shape, 2, from));
       stopped |= within & (shape.lo[0] <= x) & (x < shape.hi[0]) & (shape.lo[2] <= z) & (z < shape.hi[2]);
@@ -116,5 +162,10 @@ Mask4 occluded(const PlainScene& plain, const Vec3x4& origin, const Vec3x4& dire
   }
   return stopped;
 }
+
+template PlainHits closest<true>(const PlainScene&, const Vec3x4&, const Vec3x4&);
+template PlainHits closest<false>(const PlainScene&, const Vec3x4&, const Vec3x4&);
+template Mask4 occluded<true>(const PlainScene&, const Vec3x4&, const Vec3x4&, Mask4);
+template Mask4 occluded<false>(const PlainScene&, const Vec3x4&, const Vec3x4&, Mask4);
 
 }  // namespace tilecast

@@ -1,5 +1,5 @@
 // What four rays meet of a plain scene: the answers of scene/trace.h, bit for bit. Every object is asked, so that the four
-// need not go the same way.
+// need not go the same way. kChalk: PlainScene::chalk, where no balls are looked for.
 #pragma once
 
 #include "base/double_lanes.h"
@@ -14,9 +14,11 @@ struct PlainHits {
 };
 
 // The first hits in t > 0.
+template <bool kChalk>
 PlainHits closest(const PlainScene& plain, const Vec3x4& origin, const Vec3x4& direction);
 
 // Whether anything is hit in 0 < t <= 1; right for the rays that are asked for, whatever it says of others.
+template <bool kChalk>
 Mask4 occluded(const PlainScene& plain, const Vec3x4& origin, const Vec3x4& direction, Mask4 asked);
 
 }  // namespace tilecast

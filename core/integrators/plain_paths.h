@@ -1,8 +1,8 @@
 // Paths through a plain scene, four at a time: what trace_path (path.cpp) gives, bit for bit.
 //
 // Paths go on segment by segment, all of a batch together, and those that have ended are closed up behind (wavefront path
-// tracing: Laine, Karras and Aila, "Megakernels Considered Harmful", HPG 2013). At one depth all of them take the same
-// random numbers, so that nothing but the points' keys tells them apart.
+// tracing: Laine, Karras and Aila, "Megakernels Considered Harmful", HPG 2013). Where all is chalk, all of them take the same
+// random numbers at one depth, so that nothing but the points' keys tells them apart.
 #pragma once
 
 #include "base/sampler_lanes.h"
@@ -26,12 +26,14 @@ class PlainPaths {
   // for all paths.
   void add(uint32_t x, uint32_t y, const Sampler& sampler, Seen seen);
   // Traces all; then they are forgotten, but for what they bring.
-  void trace(RayCounts& counts);
+  void trace(Tracing& tracing);
   // Of the path that was added as number i.
   const Rgb& radiance(uint32_t i) const { return radiance_[i]; }
 
  private:
-  uint32_t segment(uint32_t first, uint32_t to, uint32_t live, RayCounts& counts);
+  template <bool kChalk>
+  uint32_t segment(uint32_t first, uint32_t to, uint32_t live, Tracing& tracing);
+  void leave(uint32_t first, uint32_t seldom, Tracing& tracing);
   void start(const Sampler& sampler, Seen seen);
   void aim();
   SamplerLanes<Uint4> sampler_of(uint32_t first) const;
@@ -52,6 +54,9 @@ class PlainPaths {
     uint32_t at[kSize + kDoubles];
   };
   Number key_, index_, path_;
+  // Where not all is chalk: PathState::scale, whether it is inside of the glass, and how many numbers it has taken.
+  Lane scale_;
+  Number inside_, taken_;
   bool apart_[kSize + kDoubles];  // at the first segment
   Rgb radiance_[kSize];
 };

@@ -265,7 +265,7 @@ class Together {
     const BasisLanes basis(entering ? surface.normal : -surface.normal);
     Vec3Lanes wo = basis.to_local(-lanes.direction);
     wo.z = choose(wo.z < 1e-12, 1e-12, wo.z);
-    const FresnelLanes fresnel = fresnel_dielectric(wo.z, eta);
+    const FresnelLanes<Double8> fresnel = fresnel_dielectric(wo.z, eta);
     const Double8 transmitted = (Double8(1.0) - fresnel.reflectance) / (eta * eta);
     const Vec3Lanes weights[2] = {lanes.weight * fresnel.reflectance, lanes.weight * (Vec3Lanes(material.tint) * transmitted)};
     const Double8 scales[2] = {lanes.scale, lanes.scale * (eta * eta)};
@@ -277,7 +277,7 @@ class Together {
       starts[side] = surface.spawn(directions[side]);
       goes_on[side] = ~bits(max_component(weights[side]) * scales[side] < kFaintest);
     }
-    goes_on[1] &= ~fresnel.total;
+    goes_on[1] &= ~bits(fresnel.total);
     for (size_t k = 0; k < alike.size(); ++k) {
       const int lane = static_cast<int>(k);
       Live& live = live_[alike[k]];

@@ -50,7 +50,7 @@ void add_one_by_one(Samples& samples, const Tile& tile, uint32_t first, uint32_t
 ChunkSums render_chunk(const Scene& scene, const Tile& tile, uint32_t first, uint32_t count) {
   ChunkSums out = black(scene, tile, first, count);
   Samples samples(scene);
-  if (const std::optional<PlainScene> plain = PlainScene::of(scene))
+  if (const std::optional<PlainScene> plain = PlainScene::of(scene); plain && (!plain->glass || samples.in_vacuum()))
     PlainSamples(*plain, samples).add(tile, first, count, out.sums);
   else if (WhittedSamples::pays(scene) && !Looks::pays(scene, first, count))
     WhittedSamples(samples).add(tile, first, count, out.sums);

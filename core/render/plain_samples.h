@@ -51,7 +51,7 @@ class PlainSamples {
   }
   void finish(std::vector<double>& sums) {
     const uint32_t count = paths_->count();
-    paths_->trace(samples_.rays());
+    paths_->trace(samples_.tracing());
     for (uint32_t i = 0; i < count; ++i) {
       const Begun& b = begun_[i];
       Rgb value = b.weight * paths_->radiance(i);

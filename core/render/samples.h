@@ -32,6 +32,9 @@ class Samples {
   // Whether that may differ from ray to ray.
   bool many_medias() const { return many_medias_; }
 
+  // Whether all camera rays start outside of all dielectrics, for sure.
+  bool in_vacuum() const { return in_vacuum_; }
+
   // Whether the pixel's samples look for lamps apart.
   bool looks_for_lamps(int x, int y) const { return in_vacuum_ && lamps_.at(x, y); }
 
@@ -67,7 +70,7 @@ class Samples {
   const Media media_;  // at the camera
   LampsInView lamps_;
   const bool many_medias_ = built_with("dielectric") && scene_.camera.has_extent() && scene_.dielectrics;
-  const bool in_vacuum_ = media_.empty() && (!many_medias_ || start_outside(scene_));  // where all camera rays start
+  const bool in_vacuum_ = media_.empty() && (!many_medias_ || start_outside(scene_));
   Tracing tracing_;
 };
 

@@ -1,5 +1,5 @@
-// A scene of few rectangles and boxes that scatter like chalk, in tables: what paths through it are traced by four at a
-// time (integrators/plain_paths.h). All surfaces are flat faces, so that what a hit means is looked up.
+// A scene of few rectangles, boxes and balls that scatter like chalk, mirror, or are of one clear glass, in tables: what paths
+// through it are traced by four at a time (integrators/plain_paths.h). What a hit of a flat face means is looked up.
 #pragma once
 
 #include <optional>
@@ -13,15 +13,17 @@ namespace tilecast {
 struct PlainScene {
   static constexpr size_t kMostObjects = 16;  // all are asked, without boxes around them
 
-  // A rectangle, or a box whose six faces follow each other.
+  // A rectangle, a ball, or a box whose six faces follow each other.
   struct Shape {
-    bool box;
+    enum class Kind : uint8_t { Rectangle, Box, Ball } kind;
     // Each number in all lanes, as it is asked for in them.
     Double4 to_local[3][3];  // [coordinate]: what the components of a vector count for it
     Double4 origin[3];
     Double4 lo[3], hi[3];    // of a rectangle x and z alone
+    double scale, unit, radius;  // of a ball, as NearOne has them: 1 / unit, a power of two near the radius, and its multiple
     int64_t face;
   };
+  enum class Look : uint8_t { Chalk, Mirror, Glass };
   // In rows of four, as many are loaded at once.
   struct alignas(32) Face {
     struct Row {
@@ -35,6 +37,10 @@ struct PlainScene {
     double plane[3];               // and where
     double area;                   // of the light that it is; 0: of none that is sampled
     double emission[3], emits;     // emits: 1 or 0
+    // What chalk alone does not ask for. All bits or none: Mirror, Glass, and a ball's, of this radius.
+    uint64_t mirror, glass, round;
+    double radius;
+    uint64_t turned[4];            // all bits: Instance::turned
   };
   static constexpr int kRows = sizeof(Face) / (4 * sizeof(double));
 
@@ -48,6 +54,8 @@ struct PlainScene {
   std::vector<Shape> shapes;  // in the order of their primitives
   std::vector<Face> faces;
   std::optional<Lamp> lamp;
+  const Material* glass = nullptr;  // of all that refracts
+  bool chalk = true;                // all of it, and flat
 
   // Nothing where the scene is not of this kind.
   static std::optional<PlainScene> of(const Scene& scene);

@@ -25,6 +25,14 @@ inline bool passable(const Material& material) {
   return refracts(material) || (built_with("opacity") && material.opacity < 1.0);
 }
 
+// Beer's law over a distance in metres, infinity among them.
+inline Rgb transmittance(const Material& medium, double distance) {
+  Rgb out(1.0);
+  for (int i = 0; i < 3; ++i)
+    if (double a = medium.absorption[i]; a > 0.0) out[i] = exp_negative(-a * distance);
+  return out;
+}
+
 class Media {
  public:
   static constexpr int kMost = 16;
@@ -80,13 +88,8 @@ class Media {
     else
       leave(&material);
   }
-  // Beer's law over a distance in metres, infinity among them.
   Rgb transmittance(double distance) const {
-    Rgb out(1.0);
-    if (!built_with("absorption") || empty()) return out;
-    for (int i = 0; i < 3; ++i)
-      if (double a = current()->absorption[i]; a > 0.0) out[i] = exp_negative(-a * distance);
-    return out;
+    return built_with("absorption") && !empty() ? tilecast::transmittance(*current(), distance) : Rgb(1.0);
   }
 
  private:

@@ -67,14 +67,14 @@ TEST(Lanes, FresnelAndBasesAreTheSame) {
       eta.set(lane, random() % 8 ? std::exp(2 * unit(random) - 1) : std::array{1.0, 1.5, 1 / 1.5, 1 + 1e-12}[random() % 4]);
       normal.set(lane, random() % 8 ? random_direction(random) : Vec3(0.0, 0.0, random() % 2 ? 1.0 : -1.0));
     }
-    const FresnelLanes lanes = fresnel_dielectric(c, eta);
+    const FresnelLanes<Double8> lanes = fresnel_dielectric(c, eta);
     const BasisLanes basis(normal);
     const Vec3Lanes local = basis.to_local(v), world = basis.to_world(v);
     for (int lane = 0; lane < kLanes; ++lane) {
       const Fresnel alone = fresnel_dielectric(c[lane], eta[lane]);
       EXPECT_SAME(lanes.reflectance[lane], alone.reflectance);
       EXPECT_SAME(lanes.cos_transmitted[lane], alone.cos_transmitted);
-      ASSERT_EQ((lanes.total >> lane & 1) != 0, alone.total);
+      ASSERT_EQ((bits(lanes.total) >> lane & 1) != 0, alone.total);
       const Basis one(normal[lane]);
       EXPECT_SAME_VECTOR(local[lane], one.to_local(v[lane]));
       EXPECT_SAME_VECTOR(world[lane], one.to_world(v[lane]));
