@@ -2,14 +2,16 @@
 
     .venv/bin/python core/bench/mitsuba_compare.py [--runs 3] [--samples 16,64,256] [--json out/mitsuba.json]
 
-Needs `pip install mitsuba`, and for llvm_ad_rgb Debian's libllvm19. Same depth, box filter, light and materials. For each
+Needs `pip install mitsuba scipy`, and for llvm_ad_rgb Debian's libllvm19. Same depth, box filter, light and materials. For each
 scene both render a long reference. The squared error of an image I is the mean of (I - R1)(I - R2), R1 ours and R2
 Mitsuba's: neither's noise biases it. Ours is rendered at powers of two of samples; where its error is the one that
 Mitsuba has at 16, 64 and 256 samples follows by interpolation in log-log. Seconds are those of rendering alone: Mitsuba's
 after a first run that compiles its kernels, ours `seconds.render`. The ratio is Mitsuba's time over ours at equal error.
 
-Whether the images agree: the difference of the means of the two references, for each channel, and the largest z-score of
-64 blocks of pixels, whose standard errors come from independent halves of ours and independent seeds of Mitsuba's.
+Whether the images agree: the difference of the means of the two references, for each channel; and Student's t of two samples
+of unequal variance (Welch) between the 32 independent parts of both, for each channel of 64 blocks of pixels, and of each
+pixel of two rows, which both render again with 128 times the samples: by fewer, pixels where bright light is met now and then
+are not distributed normally. The least p times their number is the family's.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ import math
 import os
 import statistics
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +31,8 @@ import tilecast
 from tilecast.scene import images, transforms
 from tilecast.scene.loading import load_document
 
-SIZE, DEPTH, BLOCKS = 256, 8, 8
+SIZE, DEPTH, BLOCKS, PARTS = 256, 8, 8, 32
+ROWS, MORE = (40, 170), 128  # whose pixels are compared one by one; samples there, in those of the whole image
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
 for _library in ("/usr/lib/x86_64-linux-gnu/libLLVM.so.19.1", "/usr/lib/llvm-19/lib/libLLVM.so.19.1"):
     if os.path.exists(_library):
@@ -185,13 +189,21 @@ class Mitsuba:
         import mitsuba as mi
         mi.set_variant(variant)
         _, described = build()
-        self.mi, self.scene = mi, mi.load_dict(described)
+        self.mi, self.described, self.scene = mi, described, mi.load_dict(described)
 
     def render(self, samples: int, seed: int) -> tuple[np.ndarray, float]:
         """(pixels [h, w, 3], seconds)"""
         began = time.perf_counter()
         image = np.array(self.mi.render(self.scene, spp=samples, seed=seed))
         return image.astype(np.float64), time.perf_counter() - began
+
+    def row(self, y: int, samples: int, seed: int) -> np.ndarray:
+        """[parts, w, 3]"""
+        sensor = self.described["sensor"]
+        cropped = {**sensor, "film": {**sensor["film"], "crop_offset_y": y, "crop_height": 1}}
+        scene = self.mi.load_dict({**self.described, "sensor": cropped})
+        return np.array([np.array(self.mi.render(scene, spp=samples // PARTS, seed=seed + part)).astype(np.float64)[0]
+                         for part in range(PARTS)])
 
 
 class Ours:
@@ -203,27 +215,44 @@ class Ours:
         image = tilecast.render(tilecast.load(self.described, folder=SCENES), samples=samples)
         return image.pixels.astype(np.float64), image.stats["seconds"]["render"]
 
+    def row(self, y: int, samples: int, seed: int) -> np.ndarray:
+        """[parts, w, 3]"""
+        def part(seed: int) -> np.ndarray:
+            described = {**self.described, "render": {**self.described["render"], "seed": seed}}
+            scene = tilecast.load(described, folder=SCENES).scene
+            return scene.render_chunk(0, y, scene.width, 1, 0, samples // PARTS).sums.sum(0)[0] / (samples // PARTS)
 
-def reference(renderer, samples: int, seed: int, parts: int = 8) -> np.ndarray:
-    """[parts, h, w, 3]: independent renders of samples / parts each."""
-    return np.array([renderer.render(samples // parts, seed + part)[0] for part in range(parts)])
+        with ThreadPoolExecutor(os.cpu_count()) as threads:
+            return np.array(list(threads.map(part, range(seed, seed + PARTS))))
 
 
-def agreement(a: np.ndarray, b: np.ndarray) -> dict:
-    """Of two references' independent parts: relative difference of the channels' means; the largest z-score of blocks."""
-    means = [parts.mean((0, 1, 2)) for parts in (a, b)]
+def reference(renderer, samples: int, seed: int) -> np.ndarray:
+    """[PARTS, h, w, 3]: independent renders, together of so many samples."""
+    return np.array([renderer.render(samples // PARTS, seed + part)[0] for part in range(PARTS)])
 
+
+def family(a: np.ndarray, b: np.ndarray) -> dict:
+    """Of two references' parts [PARTS, ...]: the largest t, and the p of the whole family."""
+    from scipy import stats
+    parts = [a, b]
+    squares = [part.var(0, ddof=1) / len(part) for part in parts]
+    floor = 1e-5 * b.mean(0)  # what has no noise still is rounded
+    error = np.sqrt(sum(squares) + floor**2)
+    seen = error > 0
+    t = np.abs(a.mean(0) - b.mean(0))[seen] / error[seen]
+    freedom = (sum(squares) + floor**2)[seen] ** 2 / np.maximum(sum(s**2 for s in squares)[seen] / (PARTS - 1), 1e-300)
+    p = 2 * stats.t.sf(t, np.maximum(freedom, 1))
+    return {"largest_t": float(t.max()), "p": float(min(1.0, p.min() * p.size)), "of": int(p.size)}
+
+
+def agreement(a: np.ndarray, b: np.ndarray, rows_a: np.ndarray, rows_b: np.ndarray) -> dict:
+    """a, b: the two references' parts; then those of the single rows."""
     def blocks(parts: np.ndarray) -> np.ndarray:
         n, h, w, c = parts.shape
         return parts.reshape(n, BLOCKS, h // BLOCKS, BLOCKS, w // BLOCKS, c).mean((2, 4))
 
-    block = [blocks(parts) for parts in (a, b)]
-    # Student's t of two samples; its quantile for a family-wise error of 1e-3.
-    difference = block[0].mean(0) - block[1].mean(0)
-    error = np.sqrt(sum(part.var(0, ddof=1) / len(part) for part in block))
-    error = np.maximum(error, 1e-5 * block[1].mean(0))  # a background without noise still is rounded
-    return {"channels": (means[0] / means[1] - 1).tolist(), "largest_z": float(np.abs(difference / error).max()),
-            "of": int(difference.size)}
+    return {"channels": (a.mean((0, 1, 2)) / b.mean((0, 1, 2)) - 1).tolist(), "blocks": family(blocks(a), blocks(b)),
+            "pixels": family(rows_a, rows_b)}
 
 
 def mse(image: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
@@ -234,7 +263,8 @@ def measure(name: str, variant: str, counts: list[int], runs: int, samples: int)
     theirs, ours = Mitsuba(variant, CASES[name]), Ours(CASES[name])
     long = [reference(ours, samples, 1000), reference(theirs, samples, 2000)]
     first, second = (parts.mean(0) for parts in long)
-    row = {"scene": name, "variant": variant, "agreement": agreement(*long), "points": []}
+    rows = [np.concatenate([renderer.row(y, MORE * samples, 3000) for y in ROWS], 1) for renderer in (ours, theirs)]
+    row = {"scene": name, "variant": variant, "agreement": agreement(*long, *rows), "points": []}
     our_counts = [2**k for k in range(1, 1 + int(math.log2(max(counts))))]
     for count in counts:
         theirs.render(count, 1)  # compiles
@@ -279,8 +309,9 @@ def main() -> None:
                           arguments.reference)
             rows.append(row)
             agreed = row["agreement"]
-            print(f"{name}, {variant}: means differ by {' '.join(f'{x:+.3%}' for x in agreed['channels'])}; "
-                  f"largest z of {agreed['of']} blocks and channels {agreed['largest_z']:.1f}")
+            print(f"{name}, {variant}: means differ by {' '.join(f'{x:+.3%}' for x in agreed['channels'])}; " + "; ".join(
+                f"of {agreed[what]['of']} {what} and channels the largest t is {agreed[what]['largest_t']:.1f}, the family's p "
+                f"{agreed[what]['p']:.2g}" for what in ("blocks", "pixels")))
             for point in row["points"]:
                 print(f"  {point['samples']:5} samples: MSE {point['mse']:.3g} in {point['seconds']:.2f} s, ours in "
                       f"{point['ours_at_equal_mse']:.2f} s: {point['ratio']:.2f} times as fast"
