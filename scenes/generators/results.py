@@ -32,7 +32,8 @@ SCENES = {
     "time": ("cornell", "drilled-part-brass", "drilled-part-glass", "lens", "solids", "terrain", "whitted"),
     "calibration": ("cornell", "drilled-part-brass", "drilled-part-glass", "lens", "nested-glass", "whitted",
                     "materials", "solids", "environment"),
-    "adaptive": ("csg-of-meshes", "drilled-part-brass", "ellipsoids", "nested-glass")}
+    "adaptive": ("cornell", "csg-of-meshes", "drilled-part-brass", "drilled-part-glass", "ellipsoids", "lens", "many-lights",
+                 "menger", "nested-glass", "textured", "whitted")}
 HEIGHT, CALIBRATED, ADAPTIVE = 96, 36, 240  # pixels; the width keeps the scene's shape
 SAMPLES, SEEDS, RENDERS = 64, 4, 1000
 TARGET, STOPS, MOST = 1e-3, 16, 1024  # a relative MSE, images that stop there, and the samples that they may take

@@ -58,6 +58,13 @@ def test_the_next_round_ends_at_a_power_of_two_or_near_the_target(samples, most,
     assert next_mean(samples, most, short) == expected
 
 
+@pytest.mark.parametrize("samples, most, short, expected", [
+    (16, 1024, None, 32), (31.7, 1024, None, 64), (127.9, 1024, 1.01, 132), (64, 1024, 100.0, 128), (64, 1024, 1.5, 87),
+    (16, 17, 1.01, 17), (1023.5, 1024, 1.01, 1024)])
+def test_adaptive_rounds_may_end_between_levels(samples, most, short, expected):
+    assert next_mean(samples, most, short, adaptive=True) == expected
+
+
 def test_shares_follow_the_square_root_of_the_noise_and_keep_within_the_mean():
     noise, pixels, done = np.ones((8, 8)), np.full((8, 8), 256), np.full((8, 8), 16)
     noise[:, :4] = 16.0

@@ -3,7 +3,9 @@
 Uniform rounds give every tile the same. Adaptive ones follow Neyman ("On the Two Different Aspects of the
 Representative Method", Journal of the Royal Statistical Society 97, 1934): the error of an image, the sum over its
 tiles of s / n, is least for a given cost, the sum of c n, where n is in proportion to sqrt(s / c): s is the relative
-variance of one sample of the tile, c what it costs. Rays are counted for that, which no clock disturbs.
+variance of one sample of the tile, c what it costs. Rays are counted for that, which no clock disturbs: where a sample
+takes more of them, each of them takes longer as well, being near more to hit. On twelve example scenes the square of a
+sample's rays tells its time in tiles to a factor of 1.1 to 1.8 (standard deviation); their number to 1.1 to 2.4.
 
 Tiles that have not met the light yet look as if they were finished, and stopping there would make the image too dark.
 So nothing is decided before the pilot's samples, a quarter of a tile's s comes from the tiles around it, and no tile
@@ -40,16 +42,18 @@ def level_above(samples: int) -> int:
     return samples - samples % max(power // _STEPS, 2) + max(power // _STEPS, 2) if power >= 2 * _STEPS else 2 * power
 
 
-def next_mean(samples: float, most: int, short: float | None) -> int:
+def next_mean(samples: float, most: int, short: float | None, adaptive: bool = False) -> int:
     """Samples a pixel, on average, at the end of the next round: the next power of two, but at most `most`; and less
     where the error is near its goal, `short` (above 1) being how many times it is too large. The error falls at least
-    as fast as 1 / samples: three quarters of the way on the logarithmic axis do not lead past the goal by much."""
+    as fast as 1 / samples: three quarters of the way on the logarithmic axis do not lead past the goal by much. Uniform
+    rounds end at levels; the mean of adaptive ones may lie between, at least a 32nd further."""
     now = math.floor(samples * 17 / 16)  # adaptive rounds end a little short of their mean; the same level for others
     goal = 1 << now.bit_length()
     if short is not None:
         wanted = samples * math.sqrt(short) * math.sqrt(math.sqrt(short))
         if wanted < goal:
-            goal = max(int(level_below(np.float64(wanted))), level_above(now))
+            goal = (max(math.ceil(wanted), math.floor(samples * 33 / 32) + 1) if adaptive
+                    else max(int(level_below(np.float64(wanted))), level_above(now)))
     return min(goal, most)
 
 

@@ -17,7 +17,7 @@ from .. import _core
 from . import error
 from .plan import MOST_IN_RANGE, Chunk, Plan, Tile
 
-_FORMAT = 6  # of saved tiles
+_FORMAT = 7  # of saved tiles
 MOST_FLOAT = float(np.finfo(np.float32).max)
 
 
@@ -30,8 +30,10 @@ def as_float32(values: np.ndarray) -> np.ndarray:
 class _TileState:
     sums: np.ndarray | None = None  # float64 [2, h, w, 3]: even samples, odd samples; None: nothing yet
     lost: np.ndarray | None = None  # the same: what rounding took from the sums; None: they are of few chunks
-    earlier: np.ndarray | None = None  # the sums at `split` samples, between two powers of two
+    earlier: np.ndarray | None = None  # the sums at `split` samples: what came later is the error estimate's other part
     split: int = 0  # 0: there are none, as the sums themselves are the first part of what comes next
+    coming: np.ndarray | None = None  # the sums at `start` samples, which are `earlier` once as many by half came later
+    start: int = 0  # 0: there are none
     ranges: int = 0  # chunks added so far
     samples: int = 0  # of each pixel
     partials: np.ndarray = field(default_factory=lambda: np.empty((0, error.PARTIALS)))  # [checkpoints so far, n]
@@ -61,10 +63,12 @@ def _standing_partials(state: _TileState) -> np.ndarray:
 
 
 class Film:
-    """The sums of every tile of a plan."""
+    """The sums of every tile of a plan. `closely`: the error is estimated after short ranges as well, not at powers of
+    two alone, which takes one more array to tell as well."""
 
-    def __init__(self, plan: Plan):
+    def __init__(self, plan: Plan, closely: bool = False):
         self.plan = plan
+        self._closely = closely
         self.samples = 0  # taken, over all pixels
         self.tiles_begun = 0  # that have their first range
         self._tiles = [_TileState() for _ in plan.tiles]
@@ -97,7 +101,11 @@ class Film:
                              f"{state.samples}, got {chunk.first}")
         done = state.samples + chunk.count
         total, lost = _sum(state, chunk, sums)
-        earlier, split = (state.earlier, state.split) if state.split else (state.sums, state.samples)
+        earlier, split, coming, start = state.earlier, state.split, state.coming, state.start
+        if split == 0:
+            earlier, split = state.sums, state.samples
+        if start > 0 and done - start >= start // 2:
+            earlier, split, coming, start = coming, start, None, 0
         rays = tuple(a + b for a, b in zip(state.rays, rays))
         partials, rays_at = state.partials, state.rays_at
         if chunk.checkpoint:
@@ -107,10 +115,13 @@ class Film:
             row = error.tile_partials(total, done, parts, partials[-1] if len(partials) else None)
             partials = np.vstack([partials, row])
         checked = done if chunk.checkpoint else state.checked
-        if done.bit_length() > split.bit_length() or done == self.plan.samples:
+        past_power = done.bit_length() > max(split, start).bit_length()
+        if not self._closely and (past_power or done == self.plan.samples):
             earlier, split = None, 0  # the next part of the samples begins here
-        return _TileState(total, lost, earlier, split, state.ranges + 1, done, partials, checked, rays, rays_at,
-                          state.seconds + seconds)
+        elif past_power:
+            coming, start = total, done  # or here, as soon as it is long enough to tell as much as what was before
+        return _TileState(total, lost, earlier, split, coming, start, state.ranges + 1, done, partials, checked, rays,
+                          rays_at, state.seconds + seconds)
 
     def _put(self, tile: Tile, state: _TileState) -> None:
         before = self._tiles[tile.index]
@@ -226,6 +237,7 @@ class Film:
                  samples=np.int64(state.samples), sums=state.sums,
                  lost=np.empty(0) if state.lost is None else state.lost,
                  earlier=np.empty(0) if state.earlier is None else state.earlier, split=np.int64(state.split),
+                 coming=np.empty(0) if state.coming is None else state.coming, start=np.int64(state.start),
                  partials=state.partials, checked=np.int64(state.checked),
                  rays=np.array(state.rays, np.int64), rays_at=np.array(state.rays_at, np.int64),
                  seconds=np.float64(state.seconds))
@@ -238,17 +250,18 @@ class Film:
             with np.load(io.BytesIO(data), allow_pickle=False) as stored:
                 arrays = dict(stored)
             same = int(arrays["format"]) == _FORMAT and np.array_equal(arrays["tile"], self._identity(tile))
-            lost, earlier = (arrays[name] if arrays[name].size else None for name in ("lost", "earlier"))
-            state = _TileState(arrays["sums"], lost, earlier, int(arrays["split"]), int(arrays["ranges"]),
-                               int(arrays["samples"]), arrays["partials"], int(arrays["checked"]),
+            lost, earlier, coming = (arrays[name] if arrays[name].size else None for name in ("lost", "earlier", "coming"))
+            state = _TileState(arrays["sums"], lost, earlier, int(arrays["split"]), coming, int(arrays["start"]),
+                               int(arrays["ranges"]), int(arrays["samples"]), arrays["partials"], int(arrays["checked"]),
                                tuple(arrays["rays"].tolist()), tuple(arrays["rays_at"].tolist()),
                                float(arrays["seconds"]))
         except Exception as problem:  # zipfile, zlib and numpy each have their own errors for damaged bytes
             raise ValueError(f"the stored tile {tile.column}, {tile.row} is damaged: {problem}") from problem
         shape = (2, tile.height, tile.width, 3)
         if not same or state.sums.shape != shape \
-                or any(found is not None and found.shape != shape for found in (lost, earlier)) \
+                or any(found is not None and found.shape != shape for found in (lost, earlier, coming)) \
                 or not 0 <= state.split < state.samples or (earlier is None) != (state.split == 0) \
+                or not 0 <= state.start <= state.samples or (coming is None) != (state.start == 0) \
                 or state.partials.shape != (len(state.rays_at), error.PARTIALS):
             raise ValueError(f"the stored tile {tile.column}, {tile.row} belongs to another plan or tile")
         if self._tiles[tile.index].ranges:

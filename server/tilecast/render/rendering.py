@@ -43,8 +43,8 @@ class Rendering:
     def __init__(self, plan: Plan, stop: Stop | None = None, clock: Callable[[], float] = time.monotonic,
                  adaptive: bool = False):
         self.plan = plan
-        self.film = Film(plan)
         self.stop = stop or Stop()
+        self.film = Film(plan, closely=self.stop.relative_mse is not None or adaptive)
         self.curve: list[dict[str, Any]] = []
         self._rounds = Rounds(self.film, self.stop.relative_mse, adaptive)
         self._next: Chunk | None = None  # taken from the round, not yet handed out

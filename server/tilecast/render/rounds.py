@@ -109,7 +109,7 @@ class Rounds:
         if enough or done >= (most * _ALL if self._adaptive else most):
             self.ended = True
             return
-        goals = self._next_goals(next_mean(done, most, None if unsure else short))
+        goals = self._next_goals(next_mean(done, most, None if unsure else short, self._adaptive))
         if goals == self._goals:  # what is left is less than a level of any tile
             self.ended = True
             return
@@ -131,7 +131,7 @@ class Rounds:
         pixels = np.array([tile.width * tile.height for tile in plan.tiles]).reshape(shape)
         done = np.array(self._goals).reshape(shape)
         noise = self.film.relative_sums(self._rows).reshape(shape) * done
-        cost = 1 + self.film.rays_after(self._rows).reshape(shape) / (pixels * done)  # 1: all that is no ray
+        cost = np.maximum(self.film.rays_after(self._rows).reshape(shape) / (pixels * done), 1) ** 2
         goals = allocate(noise, cost, pixels, done, mean, plan.samples)
         while (goals == done).all() and mean < plan.samples:  # few tiles: the mean falls between their levels
             mean = min(level_above(mean), plan.samples)

@@ -5,8 +5,9 @@ renders have met too few of them: the estimate is then mostly too low, now and t
 brightness, by which the relative error is divided, is not known either. A few pixels that hold most of the error are
 no sign of this by themselves: the edges of a lamp do so in every image. Rare events show by not coming back.
 
-So the samples of a checkpoint are taken in two parts, those before its last range and those in it, each with an even
-and an odd half: two estimates a and b of the same variance, from different samples. The hundredth of all pixels in
+So the samples of a checkpoint are taken in two parts, before and after a power of two, each with an even and an odd half:
+two estimates a and b of the same variance, from different samples. The later part has at least half as many as the
+earlier one: few have longer tails than many. The hundredth of all pixels in
 which a is largest holds a share of the sum of a, and a share of the sum of b. With light-tailed noise both shares are
 nearly the same, however unevenly the variance lies over the image; what b does not find there again is `tail_share`,
 the larger of the two ways round.
