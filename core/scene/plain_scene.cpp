@@ -5,7 +5,7 @@
 namespace tilecast {
 namespace {
 
-using Look = PlainScene::Look;
+enum class Look : uint8_t { Chalk, Mirror, Glass };
 
 // Nothing where it is none of these.
 std::optional<Look> look_of(const Material& m) {

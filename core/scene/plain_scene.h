@@ -23,7 +23,6 @@ struct PlainScene {
     double scale, unit, radius;  // of a ball, as NearOne has them: 1 / unit, a power of two near the radius, and its multiple
     int64_t face;
   };
-  enum class Look : uint8_t { Chalk, Mirror, Glass };
   // In rows of four, as many are loaded at once.
   struct alignas(32) Face {
     struct Row {
@@ -37,7 +36,7 @@ struct PlainScene {
     double plane[3];               // and where
     double area;                   // of the light that it is; 0: of none that is sampled
     double emission[3], emits;     // emits: 1 or 0
-    // What chalk alone does not ask for. All bits or none: Mirror, Glass, and a ball's, of this radius.
+    // What chalk alone does not ask for. All bits or none: a mirror, of glass, and a ball's, of this radius.
     uint64_t mirror, glass, round;
     double radius;
     uint64_t turned[4];            // all bits: Instance::turned
