@@ -5,15 +5,16 @@
 namespace tilecast {
 namespace {
 
-enum class Look : uint8_t { Chalk, Mirror, Glass };
+enum class Finish : uint8_t { Chalk, Mirror, Glass };
 
 // Nothing where it is none of these.
-std::optional<Look> look_of(const Material& m) {
+std::optional<Finish> finish_of(const Material& m) {
   if (m.textured || m.normal_map >= 0 || m.opacity < 1.0) return {};
-  if (m.kind == MaterialKind::Diffuse && m.roughness == 0.0) return Look::Chalk;
-  if (built_with("mirror") && m.kind == MaterialKind::Mirror) return Look::Mirror;
-  if (built_with("dielectric") && m.kind == MaterialKind::Dielectric && m.refracts && m.smooth() && m.dispersion == 0.0 && !m.emits())
-    return Look::Glass;
+  if (m.kind == MaterialKind::Diffuse && m.roughness == 0.0) return Finish::Chalk;
+  if (built_with("mirror") && m.kind == MaterialKind::Mirror) return Finish::Mirror;
+  if (built_with("dielectric") && m.kind == MaterialKind::Dielectric && m.refracts && m.smooth() && m.dispersion == 0.0 &&
+      !m.emits())
+    return Finish::Glass;
   return {};
 }
 
@@ -26,7 +27,7 @@ Vec3 world_normal(const Instance& instance, const Vec3& leaf) {
 constexpr uint64_t all_bits(bool yes) { return yes ? ~uint64_t(0) : 0; }
 
 // But for where it lies.
-PlainScene::Face face_of(const Instance& instance, const Material& material, Look look, double leaf_error) {
+PlainScene::Face face_of(const Instance& instance, const Material& material, Finish finish, double leaf_error) {
   PlainScene::Face face{};
   for (int i = 0; i < 3; ++i) {
     for (int k = 0; k < 3; ++k) {
@@ -35,14 +36,14 @@ PlainScene::Face face_of(const Instance& instance, const Material& material, Loo
     }
     face.to_local[i].offset = instance.to_local.origin[i];
     face.to_world[i].offset = instance.to_parent.offset[i];
-    face.reflectance[i] = (look == Look::Glass ? material.tint : material.reflectance)[i];
+    face.reflectance[i] = (finish == Finish::Glass ? material.tint : material.reflectance)[i];
     face.emission[i] = material.emission[i];
   }
   face.stretch = instance.turned ? instance.stretch : std::sqrt(3.0);
   face.leaf_error = leaf_error;
   face.offsets = std::sqrt(3.0) * max_abs(instance.to_parent.offset);
   face.emits = material.emits();
-  face.mirror = all_bits(look == Look::Mirror), face.glass = all_bits(look == Look::Glass);
+  face.mirror = all_bits(finish == Finish::Mirror), face.glass = all_bits(finish == Finish::Glass);
   std::fill(std::begin(face.turned), std::end(face.turned), all_bits(instance.turned));
   return face;
 }
@@ -73,13 +74,13 @@ std::optional<PlainScene> PlainScene::of(const Scene& scene) {
     const Instance& instance = group.instances[i];
     const Object& object = scene.objects[instance.object];
     const Material& material = scene.materials[instance.material == kInherit ? 0 : instance.material];
-    const std::optional<Look> look = look_of(material);
-    if (!look) return {};
-    if (*look == Look::Glass) {
+    const std::optional<Finish> finish = finish_of(material);
+    if (!finish) return {};
+    if (*finish == Finish::Glass) {
       if (out.glass && out.glass != &material) return {};
       out.glass = &material;
     }
-    if (*look != Look::Chalk) out.chalk = false;
+    if (*finish != Finish::Chalk) out.chalk = false;
     Shape plain{};
     for (int c = 0; c < 3; ++c) {
       for (int k = 0; k < 3; ++k) plain.to_local[c][k] = all(instance.to_local.linear[k][c]);
@@ -91,7 +92,7 @@ std::optional<PlainScene> PlainScene::of(const Scene& scene) {
       if (!rectangle) return {};
       plain.lo[0] = all(-0.5 * rectangle->width), plain.hi[0] = all(0.5 * rectangle->width);
       plain.lo[2] = all(-0.5 * rectangle->depth), plain.hi[2] = all(0.5 * rectangle->depth);
-      Face& face = out.faces.emplace_back(face_of(instance, material, *look, 0.0));
+      Face& face = out.faces.emplace_back(face_of(instance, material, *finish, 0.0));
       lay(face, instance, 1, 0.0, Vec3(0.0, 1.0, 0.0));
       if (sampled && lights.find(group.first_primitive[i]) >= 0) face.area = lights.areas[0].area();
     } else if (object.kind != Kind::Solid) {
@@ -100,13 +101,13 @@ std::optional<PlainScene> PlainScene::of(const Scene& scene) {
       plain.kind = Shape::Kind::Box;
       for (int c = 0; c < 3; ++c) plain.lo[c] = all(block->lo[c]), plain.hi[c] = all(block->hi[c]);
       for (int face = 0; face < Block::kFaces; ++face)
-        lay(out.faces.emplace_back(face_of(instance, material, *look, 16 * kUnitRoundoff)), instance, face / 2,
+        lay(out.faces.emplace_back(face_of(instance, material, *finish, 16 * kUnitRoundoff)), instance, face / 2,
             (face & 1 ? block->hi : block->lo)[face / 2], block_outward(face));
     } else if (const Sphere* ball = std::get_if<Sphere>(&scene.solids[object.index])) {
       plain.kind = Shape::Kind::Ball;
       plain.scale = power_below_reciprocal(ball->radius), plain.unit = power_below(ball->radius);
       plain.radius = ball->radius * plain.scale;
-      Face& face = out.faces.emplace_back(face_of(instance, material, *look, 16 * kUnitRoundoff));
+      Face& face = out.faces.emplace_back(face_of(instance, material, *finish, 16 * kUnitRoundoff));
       face.round = all_bits(true), face.radius = ball->radius;
       out.chalk = false;
     } else {
