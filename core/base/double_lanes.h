@@ -26,6 +26,11 @@ inline Double4 load4(const double* p) {
   std::memcpy(&out, p, sizeof(out));
   return out;
 }
+inline Uint4 load4(const uint32_t* p) {
+  Uint4 out;
+  std::memcpy(&out, p, sizeof(out));
+  return out;
+}
 inline void store4(double* p, Double4 x) { std::memcpy(p, &x, sizeof(x)); }
 
 // Those of std::min and std::max: of equal ones the first.
@@ -35,7 +40,8 @@ inline Double4 abs(Double4 x) { return (Double4)((Mask4)x & INT64_MAX); }
 inline Double4 copysign(Double4 x, Double4 sign) { return (Double4)(((Mask4)x & INT64_MAX) | ((Mask4)sign & INT64_MIN)); }
 inline Double4 choose(Mask4 m, Double4 a, Double4 b) { return m ? a : b; }
 
-// That of base/frame.h.
+// Those of base/frame.h.
+inline Double4 power_below(Double4 x) { return (Double4)((Mask4)x & (int64_t(0x7ff) << 52)); }
 inline Double4 power_below_reciprocal(Double4 x) {
   return (Double4)((int64_t(0x7fe) << 52) - ((Mask4)x & (int64_t(0x7ff) << 52)));
 }

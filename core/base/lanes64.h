@@ -42,23 +42,13 @@ inline Double8 choose(const Mask8d& m, const Double8& a, const Double8& b) {
 }
 inline Double8 max(const Double8& a, const Double8& b) { return choose(a > b, a, b); }
 
-inline Double8 with_sign_bits(const Double8& x, int64_t keep, const Double8& sign, int64_t of) {
-  Double8 out;
-  for (int i = 0; i < 2; ++i)
-    out.half[i] = (Double4)(((Mask4)x.half[i] & keep) | ((Mask4)sign.half[i] & of));
-  return out;
+inline Double8 abs(const Double8& x) { return {abs(x.half[0]), abs(x.half[1])}; }
+inline Double8 copysign(const Double8& x, const Double8& sign) {
+  return {copysign(x.half[0], sign.half[0]), copysign(x.half[1], sign.half[1])};
 }
-inline constexpr int64_t kSignBit = INT64_MIN;
-inline Double8 abs(const Double8& x) { return with_sign_bits(x, ~kSignBit, x, 0); }
-inline Double8 copysign(const Double8& x, const Double8& sign) { return with_sign_bits(x, ~kSignBit, sign, kSignBit); }
-
-// base/frame.h has them for one.
-inline Double8 power_below(const Double8& x) { return with_sign_bits(x, int64_t(0x7ff) << 52, x, 0); }
+inline Double8 power_below(const Double8& x) { return {power_below(x.half[0]), power_below(x.half[1])}; }
 inline Double8 power_below_reciprocal(const Double8& x) {
-  Double8 out;
-  for (int i = 0; i < 2; ++i)
-    out.half[i] = (Double4)((int64_t(0x7fe) << 52) - ((Mask4)x.half[i] & (int64_t(0x7ff) << 52)));
-  return out;
+  return {power_below_reciprocal(x.half[0]), power_below_reciprocal(x.half[1])};
 }
 
 inline Double8 sqrt(const Double8& x) { return {sqrt(x.half[0]), sqrt(x.half[1])}; }

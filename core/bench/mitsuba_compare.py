@@ -23,6 +23,7 @@ import os
 import statistics
 import time
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -226,21 +227,26 @@ class Ours:
             return np.array(list(threads.map(part, range(seed, seed + PARTS))))
 
 
-def reference(renderer, samples: int, seed: int) -> np.ndarray:
-    """[PARTS, h, w, 3]: independent renders, together of so many samples."""
-    return np.array([renderer.render(samples // PARTS, seed + part)[0] for part in range(PARTS)])
+def references(renderer, samples: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Independent renders, together of so many samples, [PARTS, h, w, 3]; and of more those of ROWS, [PARTS, rows * w, 3]."""
+    whole = np.array([renderer.render(samples // PARTS, seed + part)[0] for part in range(PARTS)])
+    return whole, np.concatenate([renderer.row(y, MORE * samples, seed + 1000) for y in ROWS], 1)
+
+
+@cache
+def our_references(name: str, samples: int) -> tuple[np.ndarray, np.ndarray]:
+    """The same for all variants of Mitsuba, one of which must be set."""
+    return references(Ours(CASES[name]), samples, 1000)
 
 
 def family(a: np.ndarray, b: np.ndarray) -> dict:
     """Of two references' parts [PARTS, ...]: the largest t, and the p of the whole family."""
     from scipy import stats
-    parts = [a, b]
-    squares = [part.var(0, ddof=1) / len(part) for part in parts]
-    floor = 1e-5 * b.mean(0)  # what has no noise still is rounded
-    error = np.sqrt(sum(squares) + floor**2)
-    seen = error > 0
-    t = np.abs(a.mean(0) - b.mean(0))[seen] / error[seen]
-    freedom = (sum(squares) + floor**2)[seen] ** 2 / np.maximum(sum(s**2 for s in squares)[seen] / (PARTS - 1), 1e-300)
+    squares = [part.var(0, ddof=1) / PARTS for part in (a, b)]
+    variance = sum(squares) + (1e-5 * b.mean(0)) ** 2  # what has no noise still is rounded
+    seen = variance > 0
+    t = np.abs(a.mean(0) - b.mean(0))[seen] / np.sqrt(variance[seen])
+    freedom = variance[seen] ** 2 / np.maximum(sum(s**2 for s in squares)[seen] / (PARTS - 1), 1e-300)
     p = 2 * stats.t.sf(t, np.maximum(freedom, 1))
     return {"largest_t": float(t.max()), "p": float(min(1.0, p.min() * p.size)), "of": int(p.size)}
 
@@ -261,10 +267,9 @@ def mse(image: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
 
 def measure(name: str, variant: str, counts: list[int], runs: int, samples: int) -> dict:
     theirs, ours = Mitsuba(variant, CASES[name]), Ours(CASES[name])
-    long = [reference(ours, samples, 1000), reference(theirs, samples, 2000)]
-    first, second = (parts.mean(0) for parts in long)
-    rows = [np.concatenate([renderer.row(y, MORE * samples, 3000) for y in ROWS], 1) for renderer in (ours, theirs)]
-    row = {"scene": name, "variant": variant, "agreement": agreement(*long, *rows), "points": []}
+    (own, own_rows), (other, other_rows) = our_references(name, samples), references(theirs, samples, 3000)
+    first, second = own.mean(0), other.mean(0)
+    row = {"scene": name, "variant": variant, "agreement": agreement(own, other, own_rows, other_rows), "points": []}
     our_counts = [2**k for k in range(1, 1 + int(math.log2(max(counts))))]
     for count in counts:
         theirs.render(count, 1)  # compiles

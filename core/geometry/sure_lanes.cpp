@@ -1,30 +1,11 @@
 #include "geometry/sure_lanes.h"
 
-#include "base/twofold_lanes.h"
-#include "geometry/ball.h"
+#include "geometry/ball_lanes.h"
 
 namespace tilecast {
 namespace {
 
 constexpr uint32_t kAllLanes = (1u << kLanes) - 1;
-
-template <int n>
-struct NearOneLanes {
-  Double8 o[n], d[n], unit;
-  double radius;
-  Mask8d still;
-
-  NearOneLanes(const Double8 (&origin)[n], const Double8 (&direction)[n], double r) {
-    Double8 longest = abs(direction[0]);
-    for (int i = 1; i < n; ++i) longest = max(longest, abs(direction[i]));
-    const Double8 stretch = power_below_reciprocal(longest);
-    const double scale = tilecast::power_below_reciprocal(r);
-    unit = stretch * tilecast::power_below(r);
-    for (int i = 0; i < n; ++i) o[i] = origin[i] * scale, d[i] = direction[i] * stretch;
-    radius = r * scale;
-    still = longest == 0.0;
-  }
-};
 
 struct LatestLanes {
   int number;
@@ -43,19 +24,12 @@ struct LatestLanes {
   }
   template <int n>
   void ball(const Double8 (&origin)[n], const Double8 (&direction)[n], double r) {
-    const NearOneLanes<n> near(origin, direction, r);
-    const TwofoldLanes<Double8> a = twofold_dot(near.d, near.d), b = twofold_dot(near.o, near.d),
-                                c = twofold_square(near.o, near.radius);
-    const Double8 product = a.hi * c.hi, remainder = fma(a.hi, c.hi, -product);
-    const Double8 low = Double8(2.0) * b.hi * b.lo - fma(a.hi, c.lo, a.lo * c.hi);
-    const Double8 discriminant = fma(b.hi, b.hi, -product) + (low - remainder);
-    const Mask8d meets = discriminant > 0.0;
-    const Double8 root = sqrt(choose(meets, discriminant, 1.0));
-    const Double8 q = -(b.hi + copysign(root, b.hi) + b.lo);
-    const Mask8d over_a = number == 1 ? q > 0.0 : ~(q > 0.0);
-    const Double8 zero = choose(over_a, q, c.value()) / choose(over_a, a.value(), q);
-    good &= bits(meets | near.still);
-    offer(zero * near.unit, meets & ~near.still, 0.0);
+    const NearOneLanes<Double8, n> near(origin, direction, r);
+    const BallRoots<Double8> roots(near);
+    const Mask8d over_a = number == 1 ? roots.q > 0.0 : ~(roots.q > 0.0);
+    const Double8 zero = choose(over_a, roots.q, roots.c.value()) / choose(over_a, roots.a.value(), roots.q);
+    good &= bits(roots.meets | near.still);
+    offer(zero * near.unit, roots.meets & ~near.still, 0.0);
   }
 };
 
@@ -75,7 +49,7 @@ AheadLanes slab_ahead(const Double8& o, const Double8& d, double lo, double hi, 
 
 template <int n>
 AheadLanes ball_ahead(const Double8 (&origin)[n], const Double8 (&direction)[n], double r, int number) {
-  const NearOneLanes<n> near(origin, direction, r);
+  const NearOneLanes<Double8, n> near(origin, direction, r);
   Double8 b = near.o[0] * near.d[0], farthest = abs(near.o[0]);
   for (int i = 1; i < n; ++i) b = b + near.o[i] * near.d[i], farthest = max(farthest, abs(near.o[i]));
   const Mask8d sure = (abs(b) > farthest * 0x1p-48) & (near.unit > kShortest) & ~near.still;

@@ -1,6 +1,6 @@
 #include "integrators/plain_hits.h"
 
-#include "base/twofold_lanes.h"
+#include "geometry/ball_lanes.h"
 
 namespace tilecast {
 namespace {
@@ -42,24 +42,18 @@ struct BoxLine {  // in the box's space
 
 // inside_ball() of geometry/ball.h; met where it is asked for.
 [[gnu::always_inline]] inline Chord in_ball(const Shape& ball, const Vec3x4& from, const Vec3x4& direction, Mask4 asked) {
-  Double4 o[3], d[3];
-  for (int i = 0; i < 3; ++i) o[i] = local(ball, i, from) * ball.scale, d[i] = local(ball, i, direction);
-  const Double4 longest = max(max(abs(d[0]), abs(d[1])), abs(d[2])), stretch = power_below_reciprocal(longest);
-  for (Double4& component : d) component *= stretch;
-  auto dot3 = [](const Double4 (&a)[3], const Double4 (&b)[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
-  const Double4 along = dot3(o, d) / dot3(d, d);
-  const Double4 nearest[3]{o[0] - along * d[0], o[1] - along * d[1], o[2] - along * d[2]};
-  const Double4 room = ball.radius + 0x1p-48 * max(max(abs(o[0]), abs(o[1])), abs(o[2]));
-  Chord out{{}, {}, asked & ~(dot3(nearest, nearest) > room * room) & (longest > 0.0)};
+  Double4 origin[3], along[3];
+  for (int i = 0; i < 3; ++i) origin[i] = local(ball, i, from), along[i] = local(ball, i, direction);
+  const NearOneLanes<Double4, 3> near(origin, along, ball.radius);
+  const Vec3x4 o{near.o[0], near.o[1], near.o[2]}, d{near.d[0], near.d[1], near.d[2]};
+  const Vec3x4 nearest = o - dot(o, d) / dot(d, d) * d;
+  const Double4 room = near.radius + 0x1p-48 * max_abs(o);
+  Chord out{{}, {}, asked & ~(dot(nearest, nearest) > room * room) & ~near.still};
   if (!bits(out.met)) return out;
-  const TwofoldLanes<Double4> a = twofold_dot(d, d), b = twofold_dot(o, d), c = twofold_square(o, ball.radius);
-  const Double4 product = a.hi * c.hi, remainder = fma(a.hi, c.hi, -product);
-  const Double4 low = 2.0 * b.hi * b.lo - fma(a.hi, c.lo, a.lo * c.hi);
-  const Double4 discriminant = fma(b.hi, b.hi, -product) + (low - remainder);
-  out.met &= discriminant > 0.0;
-  const Double4 root = sqrt(max(all(0.0), discriminant)), q = -(b.hi + copysign(root, b.hi) + b.lo);
-  const Double4 first = q / (a.value() + 0.0), second = c.value() / q, unit = stretch * ball.unit;
-  out.enter = min(first, second) * unit, out.exit = max(first, second) * unit;
+  const BallRoots<Double4> roots(near);
+  out.met &= roots.meets;
+  const Double4 first = roots.q / (roots.a.value() + 0.0), second = roots.c.value() / roots.q;
+  out.enter = min(first, second) * near.unit, out.exit = max(first, second) * near.unit;
   out.met &= (out.enter < out.exit) & (abs(out.enter) < kInfinity) & (abs(out.exit) < kInfinity);
   return out;
 }

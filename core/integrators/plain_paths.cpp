@@ -89,10 +89,7 @@ void PlainPaths::aim() {
 }
 
 SamplerLanes<Uint4> PlainPaths::sampler_of(uint32_t first) const {
-  Uint4 key, index;
-  std::memcpy(&key, key_.at + first, sizeof(key));
-  std::memcpy(&index, index_.at + first, sizeof(index));
-  return {index, key};
+  return {load4(index_.at + first), load4(key_.at + first)};
 }
 
 void PlainPaths::trace(Tracing& tracing) {
@@ -147,11 +144,7 @@ uint32_t PlainPaths::segment(uint32_t first, uint32_t to, uint32_t live, Tracing
   auto vector = [&](const Lane (&lanes)[3]) -> Vec3x4 {
     return {load4(lanes[0].at + first), load4(lanes[1].at + first), load4(lanes[2].at + first)};
   };
-  auto numbers = [&](const Number& number) {
-    Uint4 out;
-    std::memcpy(&out, number.at + first, sizeof(out));
-    return out;
-  };
+  auto numbers = [&](const Number& number) { return load4(number.at + first); };
   const Vec3x4 origin = vector(origin_), direction = vector(direction_);
   Vec3x4 throughput = vector(throughput_), sum = vector(sum_);
   const PlainHits hit = closest<kChalk>(plain_, origin, direction);
@@ -212,7 +205,7 @@ uint32_t PlainPaths::segment(uint32_t first, uint32_t to, uint32_t live, Tracing
   }
 
   // --- What the lamp sends to it
-  const Basis4 basis(surface.up);
+  const BasisLanes basis(surface.up);
   const SamplerLanes<Uint4> sampler = sampler_of(first);
   auto dimension = [&] {
     if constexpr (kChalk) return dimension_;

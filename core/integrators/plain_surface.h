@@ -5,21 +5,9 @@
 
 #include "integrators/plain_hits.h"
 #include "optics/fresnel_lanes.h"
+#include "shading/basis_lanes.h"
 
 namespace tilecast {
-
-// shading/basis.h
-struct Basis4 {
-  Vec3x4 x, y, z;
-
-  explicit Basis4(const Vec3x4& n) : z(n) {
-    const Double4 sign = copysign(all(1.0), n.z), a = -1.0 / (sign + n.z), b = n.x * n.y * a;
-    x = {1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x};
-    y = {b, sign + n.y * n.y * a, -n.y};
-  }
-  Vec3x4 to_local(const Vec3x4& v) const { return {dot(v, x), dot(v, y), dot(v, z)}; }
-  Vec3x4 to_world(const Vec3x4& v) const { return v.x * x + v.y * y + v.z * z; }
-};
 
 // Of the faces that were hit, row by row.
 class PlainRows {
@@ -77,12 +65,13 @@ template <bool kChalk>
       Double4 p[3], n[3];
       for (int i = 0; i < 3; ++i)
         p[i] = (turned ? local(i, from) + 0.0 : from_at[i]) + hit.t * (turned ? local(i, direction) + 0.0 : along[i]);
-      const Double4 radius = looks[3], now = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]), stretch = radius / now;
+      const Vec3x4 arm{p[0], p[1], p[2]};
+      const Double4 radius = looks[3], now = sqrt(dot(arm, arm)), stretch = radius / now;
       const Mask4 off_centre = now > 0.0;
       for (int i = 0; i < 3; ++i) p[i] = off_centre ? p[i] * stretch : i == 1 ? radius : all(0.0);
       for (int k = 0; k < 3; ++k) n[k] = turned ? in[0][k] * p[0] + in[1][k] * p[1] + in[2][k] * p[2] : p[k];
-      const Double4 largest = max(max(abs(n[0]), abs(n[1])), abs(n[2])), unit = power_below_reciprocal(largest);
-      const Vec3x4 outwards = normalize(Vec3x4{n[0] * unit, n[1] * unit, n[2] * unit});
+      const Vec3x4 any_length{n[0], n[1], n[2]};
+      const Vec3x4 outwards = normalize(any_length * power_below_reciprocal(max_abs(any_length)));
       const Double4 normals[3]{outwards.x, outwards.y, outwards.z};
       for (int i = 0; i < 3; ++i) leaf[i] = round ? p[i] : leaf[i], normal[i] = round ? normals[i] : normal[i];
     }

@@ -105,8 +105,7 @@ std::optional<PlainScene> PlainScene::of(const Scene& scene) {
             (face & 1 ? block->hi : block->lo)[face / 2], block_outward(face));
     } else if (const Sphere* ball = std::get_if<Sphere>(&scene.solids[object.index])) {
       plain.kind = Shape::Kind::Ball;
-      plain.scale = power_below_reciprocal(ball->radius), plain.unit = power_below(ball->radius);
-      plain.radius = ball->radius * plain.scale;
+      plain.radius = ball->radius;
       Face& face = out.faces.emplace_back(face_of(instance, material, *finish, 16 * kUnitRoundoff));
       face.round = all_bits(true), face.radius = ball->radius;
       out.chalk = false;

@@ -20,7 +20,7 @@ struct PlainScene {
     Double4 to_local[3][3];  // [coordinate]: what the components of a vector count for it
     Double4 origin[3];
     Double4 lo[3], hi[3];    // of a rectangle x and z alone
-    double scale, unit, radius;  // of a ball, as NearOne has them: 1 / unit, a power of two near the radius, and its multiple
+    double radius;           // of a ball
     int64_t face;
   };
   // In rows of four, as many are loaded at once.

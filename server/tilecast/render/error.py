@@ -15,9 +15,9 @@ The 95% interval is for the true error of this very image, (I - R)^2 averaged, R
 (I - R)^2 - v is the product of the two halves' errors, (A - R)(B - R). So the difference has no bias, and as the two
 are independent its variance, averaged over 3 channels, is tr(S^2) / 9, S being the covariance of A's channels, and of
 B's. R is not needed for that: let A1 and A2 be what the samples before a power of two and those from it on make of A, and
-B1 and B2 of B: the last one that at least half as many came after. Then a = A1 - A2 and b = B1 - B2, scaled to the variance of A and of B, have the expectation 0, and
-(a . b / 3)^2 that of tr(S^2) / 9, whatever the distribution, long tails included. Pixels are independent, so the
-variances add up. What the two parts tell is taken as a fraction of the error that they tell, the mean of
+B1 and B2 of B: the last one that at least half as many came after. Then a = A1 - A2 and b = B1 - B2, scaled to the
+variance of A and of B, have the expectation 0, and (a . b / 3)^2 that of tr(S^2) / 9, whatever the distribution, long
+tails included. Pixels are independent, so the variances add up. What the two parts tell is taken as a fraction of the error that they tell, the mean of
 (a^2 + b^2) / 4: low-discrepancy samples have less error together than so many independent ones. The interval is
 mse exp(+-1.96 s), with that fraction's root for s: as that of a quotient of variances, it is nearly symmetric on the
 logarithmic axis on which errors are drawn. Two or three samples have no such parts; there S comes from v, as if noise
