@@ -21,6 +21,7 @@ void write(const std::string& name, const ImageInfo& info, std::span<const T> pi
   spec.channelnames = info.channels;
   spec.attribute("compression", "zip");
   spec.attribute("oiio:ColorSpace", type == OIIO::TypeUInt8 ? "sRGB" : "Linear");
+  spec.attribute("DateTime", "");  // or it is the present second, and the same image makes another file a second later
   for (const auto& [key, value] : info.metadata) spec.attribute(key, value);
   if (!output->open(name, spec) || !output->write_image(type, pixels.data()) || !output->close())
     throw Error("cannot write " + name + ": " + output->geterror());

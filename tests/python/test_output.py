@@ -2,6 +2,7 @@
 
 import os
 import stat
+import time
 
 import numpy as np
 import pytest
@@ -33,6 +34,13 @@ def test_an_exr_holds_every_bit(pixels, tmp_path):
     pixels[0, 0] = [1e10, 1e-20, 0]
     found, channels = read(output.to_exr(pixels, {"scene": "x"}), tmp_path, ".exr")
     assert np.array_equal(found[..., [channels.index(c) for c in "RGB"]], pixels)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".exr"])
+def test_an_image_makes_the_same_file_at_any_time(pixels, suffix):
+    first = output.encode(suffix, pixels, {"Software": "x"})
+    time.sleep(1.1)  # dates in files are of a second
+    assert output.encode(suffix, pixels, {"Software": "x"}) == first
 
 
 def test_a_png_holds_srgb(pixels, tmp_path):
