@@ -5,6 +5,7 @@
 #include <OpenImageIO/texture.h>
 
 #include <atomic>
+#include <bit>
 #include <cstring>
 
 #include "base/check.h"
@@ -12,7 +13,7 @@
 namespace tilecast {
 namespace {
 
-constexpr int kTile = 64;  // pixels
+constexpr int kLargestTile = 256;  // pixels
 constexpr float kBrightest = 1e30f;
 constexpr size_t kMostPixels = size_t(1) << 25;
 constexpr const char* kAddress = "tilecast:pixels";
@@ -32,7 +33,8 @@ class FromMemory : public OIIO::ImageInput {
     if (!config.getattribute(kAddress, OIIO::TypeDesc::PTR, &address)) return false;
     pixels_ = static_cast<const Pixels*>(address);
     m_spec = OIIO::ImageSpec(pixels_->width, pixels_->height, pixels_->channels, OIIO::TypeFloat);
-    m_spec.tile_width = m_spec.tile_height = kTile;
+    m_spec.tile_width = tile(pixels_->width);
+    m_spec.tile_height = tile(pixels_->height);
     m_spec.tile_depth = 1;
     spec = m_spec;
     return true;
@@ -40,16 +42,19 @@ class FromMemory : public OIIO::ImageInput {
   bool close() override { return true; }
   bool read_native_scanline(int, int, int, int, void*) override { return false; }
   bool read_native_tile(int, int, int x, int y, int, void* data) override {
-    const size_t channels = pixels_->channels, columns = std::min(kTile, pixels_->width - x);
+    const int width = m_spec.tile_width, height = m_spec.tile_height;
+    const size_t channels = pixels_->channels, columns = std::min(width, pixels_->width - x);
     float* out = static_cast<float*>(data);
-    std::fill_n(out, kTile * kTile * channels, 0.0f);  // beyond the image nothing is looked up
-    for (int row = 0; row < std::min(kTile, pixels_->height - y); ++row)
-      std::memcpy(out + row * kTile * channels, &pixels_->values[(size_t(y + row) * pixels_->width + x) * channels],
+    std::fill_n(out, width * height * channels, 0.0f);  // beyond the image nothing is looked up
+    for (int row = 0; row < std::min(height, pixels_->height - y); ++row)
+      std::memcpy(out + row * width * channels, &pixels_->values[(size_t(y + row) * pixels_->width + x) * channels],
                   columns * channels * sizeof(float));
     return true;
   }
 
  private:
+  static int tile(int size) { return std::min<int>(std::bit_ceil(unsigned(size)), kLargestTile); }
+
   const Pixels* pixels_ = nullptr;
 };
 
@@ -64,9 +69,28 @@ OIIO::ImageCache& image_cache() {
   return *cache;
 }
 
+// The TextureSystem remembers the last two tiles of a thread; what is not among them is looked for under a lock. A hit asks
+// several images in turn, so each of them has a memory of its own in each thread, or shares it with few others.
+class ThreadMemories {
+ public:
+  ~ThreadMemories() {
+    for (OIIO::TextureSystem::Perthread* memory : memories_)
+      if (memory) texture_system().destroy_thread_info(memory);
+  }
+  OIIO::TextureSystem::Perthread* of(uint64_t image) {
+    OIIO::TextureSystem::Perthread*& memory = memories_[image % std::size(memories_)];
+    if (!memory) memory = texture_system().create_thread_info();
+    return texture_system().get_perthread_info(memory);
+  }
+
+ private:
+  OIIO::TextureSystem::Perthread* memories_[64] = {};
+};
+
 class InTextureSystem : public Texels {
  public:
-  explicit InTextureSystem(Pixels pixels) : pixels_(std::move(pixels)), name_(next_name()) {
+  explicit InTextureSystem(Pixels pixels)
+      : pixels_(std::move(pixels)), number_(next_number()), name_("tilecast:" + std::to_string(number_)) {
     for (int c = 0; c < 3; ++c) {
       const int channel = pixels_.channels == 1 ? 0 : c;
       least[c] = most[c] = pixels_.values[channel];
@@ -96,9 +120,9 @@ class InTextureSystem : public Texels {
     options.mipmode = OIIO::TextureOpt::MipModeNoMIP;
     options.interpmode = OIIO::TextureOpt::InterpBilinear;
     float found[3] = {0.0f, 0.0f, 0.0f};
-    OIIO::TextureSystem& system = texture_system();
-    system.texture(handle_, system.get_perthread_info(), options, static_cast<float>(st.x), static_cast<float>(1.0 - st.y),
-                   0.0f, 0.0f, 0.0f, 0.0f, pixels_.channels, found);
+    thread_local ThreadMemories memories;
+    texture_system().texture(handle_, memories.of(number_), options, static_cast<float>(st.x),
+                             static_cast<float>(1.0 - st.y), 0.0f, 0.0f, 0.0f, 0.0f, pixels_.channels, found);
     if (pixels_.channels == 1) found[1] = found[2] = found[0];
     return {found[0], found[1], found[2]};
   }
@@ -116,12 +140,13 @@ class InTextureSystem : public Texels {
     const float* found = &pixels_.values[(row * pixels_.width + column) * pixels_.channels];
     return pixels_.channels == 1 ? Rgb(found[0]) : Rgb(found[0], found[1], found[2]);
   }
-  static OIIO::ustring next_name() {  // never the same twice: nothing that the cache still holds is taken for another's
+  static uint64_t next_number() {  // never the same twice: nothing that the cache still holds is taken for another's
     static std::atomic<uint64_t> count{0};
-    return OIIO::ustring("tilecast:" + std::to_string(count++));
+    return count++;
   }
 
   const Pixels pixels_;
+  const uint64_t number_;
   const OIIO::ustring name_;
   OIIO::TextureSystem::TextureHandle* handle_ = nullptr;
 };

@@ -106,7 +106,8 @@ EnergyTable::EnergyTable(const Function& function, double layer, double kink) {
       self(self, a, middle, halvings + 1);
       self(self, middle, b, halvings + 1);
     } else {
-      panels_.push_back({a.cosine, 1.0 / (b.cosine - a.cosine), a.value, b.value - a.value, 4.0 * bend});
+      starts_.push_back(a.cosine);
+      panels_.push_back({1.0 / (b.cosine - a.cosine), a.value, b.value - a.value, 4.0 * bend});
       average_ += (b.cosine - a.cosine) / 3.0 *  // Simpson's rule, exact here
                   (a.cosine * a.value + 4.0 * middle.cosine * middle.value + b.cosine * b.value);
     }
@@ -117,13 +118,13 @@ EnergyTable::EnergyTable(const Function& function, double layer, double kink) {
     refine(refine, last, next, 0);
     last = next;
   }
+  guide_ = Guide(std::span(starts_).subspan(1), 4 * starts_.size());
 }
 
 double EnergyTable::at(double cosine) const {
-  auto next = std::upper_bound(panels_.begin(), panels_.end(), cosine,
-                               [](double c, const Panel& panel) { return c < panel.start; });
-  const Panel& p = next == panels_.begin() ? *next : *(next - 1);
-  double t = std::clamp((cosine - p.start) * p.inverse_width, 0.0, 1.0);
+  const size_t panel = guide_.above(&starts_[1], cosine);
+  const Panel& p = panels_[panel];
+  double t = std::clamp((cosine - starts_[panel]) * p.inverse_width, 0.0, 1.0);
   return std::max(0.0, p.value + t * (p.rise + (1.0 - t) * p.bend));
 }
 

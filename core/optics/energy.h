@@ -7,6 +7,7 @@
 
 #include <vector>
 
+#include "base/guide.h"
 #include "base/vec.h"
 
 namespace tilecast {
@@ -30,9 +31,11 @@ class EnergyTable {
   EnergyTable(const Function& function, double layer, double kink);
 
   struct Panel {
-    double start, inverse_width, value, rise, bend;
+    double inverse_width, value, rise, bend;
   };
   std::vector<Panel> panels_;
+  std::vector<double> starts_;
+  Guide guide_;  // to where the panels after the first start
   double average_ = 0.0;
 };
 

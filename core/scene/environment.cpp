@@ -44,8 +44,12 @@ Environment::Environment(std::vector<Vec3f> pixels, int width, int height, doubl
   double *above = &rows[0], *here = &rows[width], *below = &rows[2 * size_t(width)];
   blurred(0, here);
   std::copy_n(here, width, above);
-  double sine, cosine, half, ignored;
-  polar(0.5, height, half, ignored);
+  double sine, cosine, half;
+  polar(0.5, height, half, cosine);
+  for (int y = 0; y <= height; ++y) {
+    polar(y, height, sine, cosine);
+    edges_.push_back(cosine);
+  }
   for (int y = 0; y < height; ++y) {
     blurred(std::min(y + 1, height - 1), below);
     double sum = 0.0;
@@ -53,9 +57,11 @@ Environment::Environment(std::vector<Vec3f> pixels, int width, int height, doubl
       across_[size_t(y) * width + x] = sum += 0.125 * above[x] + 0.75 * here[x] + 0.125 * below[x];
     polar(y + 0.5, height, sine, cosine);
     down_[y] = total_ += sum * (2.0 * kPi / width) * 2.0 * sine * half;
+    to_column_.emplace_back(std::span(&across_[size_t(y) * width_], width_ - 1), (width_ + 3) / 4);
     std::swap(above, here);
     std::swap(here, below);
   }
+  to_row_ = Guide(std::span(down_.data(), height_ - 1), height_);
 }
 
 Environment::Place Environment::place_of(const Vec3& d) const {
@@ -81,21 +87,19 @@ double Environment::density(int column, int row) const {
 
 Environment::Sample Environment::sample(const Vec2& u) const {
   const double mass = u.y * total_;
-  const int row = static_cast<int>(std::upper_bound(down_.begin(), down_.end() - 1, mass) - down_.begin());
+  const int row = static_cast<int>(to_row_.above(down_.data(), mass));
   const double before = row > 0 ? down_[row - 1] : 0.0;
   const double* sums = &across_[size_t(row) * width_];
   const double part = u.x * sums[width_ - 1];
-  const int column = static_cast<int>(std::upper_bound(sums, sums + width_ - 1, part) - sums);
+  const int column = static_cast<int>(to_column_[row].above(sums, part));
   const double start = column > 0 ? sums[column - 1] : 0.0;
   const double pdf = density(column, row);
   if (!(pdf > 0.0) || !(down_[row] > before)) return {Vec3(0.0, 1.0, 0.0), 0.0};
   // Uniform over the pixel's solid angle: in the azimuth and in the cosine.
   const double turn = (column + (part - start) / (sums[column] - start)) / width_ - 0.5 - rotation_;
-  double sine, top, bottom, cosine;
-  polar(row, height_, sine, top);
-  polar(row + 1, height_, sine, bottom);
-  const double y = top + (mass - before) / (down_[row] - before) * (bottom - top);
+  const double y = edges_[row] + (mass - before) / (down_[row] - before) * (edges_[row + 1] - edges_[row]);
   const double r = std::sqrt(std::max(0.0, (1.0 - y) * (1.0 + y)));
+  double sine, cosine;
   sincos_2pi(turn - std::floor(turn), sine, cosine);
   return {glm::normalize(Vec3(r * sine, y, -r * cosine)), pdf};
 }

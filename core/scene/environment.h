@@ -7,6 +7,7 @@
 
 #include <vector>
 
+#include "base/guide.h"
 #include "base/vec.h"
 
 namespace tilecast {
@@ -43,6 +44,9 @@ class Environment {
   double rotation_;                 // turns
   std::vector<double> across_;      // [height, width]: sum of mean luminances up to and with this pixel of its row
   std::vector<double> down_;        // [height]: times solid angle, up to and with this row
+  std::vector<Guide> to_column_;    // [height]: to all pixels of a row but the last
+  Guide to_row_;                    // to all rows but the last
+  std::vector<double> edges_;       // [height + 1]: y of a direction at the upper edge of a row
   double total_ = 0.0;
 };
 

@@ -1,7 +1,5 @@
 #include "scene/pixel_filter.h"
 
-#include <algorithm>
-
 #include "base/elementary.h"
 
 namespace tilecast {
@@ -66,6 +64,7 @@ PixelFilter::PixelFilter(Kind kind) : kind_(kind), radius_(radius(kind)), negati
   const double total = positive + negative;
   for (double& c : cumulative_) c /= total;
   cumulative_.back() = 1.0;
+  guide_ = Guide(std::span(cumulative_).subspan(1, kCells - 1), kCells);
   if (kind == Kind::Mitchell) negative_from_ = cumulative_[static_cast<size_t>(std::rint(kNegativeFrom / width))];
   const double along = total / (positive - negative);
   norm_ = along * along;
@@ -74,9 +73,9 @@ PixelFilter::PixelFilter(Kind kind) : kind_(kind), radius_(radius(kind)), negati
 double PixelFilter::along(double u, double& weight) const {
   const double side = 2.0 * u - 1.0, v = std::fabs(side);
   if (v > negative_from_) weight = -weight;
-  const auto above = std::upper_bound(cumulative_.begin() + 1, cumulative_.end() - 1, v);
-  const double low = above[-1], cell = static_cast<double>(above - cumulative_.begin() - 1);
-  return std::copysign(radius_ / kCells * (cell + (v - low) / (*above - low)), side);
+  const size_t cell = guide_.above(&cumulative_[1], v);
+  const double low = cumulative_[cell], high = cumulative_[cell + 1];
+  return std::copysign(radius_ / kCells * (static_cast<double>(cell) + (v - low) / (high - low)), side);
 }
 
 }  // namespace tilecast

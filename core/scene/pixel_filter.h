@@ -8,6 +8,7 @@
 
 #include <vector>
 
+#include "base/guide.h"
 #include "base/vec.h"
 
 namespace tilecast {
@@ -38,6 +39,7 @@ class PixelFilter {
   double radius_, norm_ = 1.0;     // norm_: of |f| over that of f, in two dimensions
   double negative_from_;           // where |f|'s integral meets the negative lobe
   std::vector<double> cumulative_; // of |f| over [0, radius], at the ends of its cells; the last is 1
+  Guide guide_;                    // to the ends of all cells but the last
 };
 
 inline constexpr const char* kFilterNames[]{"box", "tent", "gaussian", "blackman-harris", "mitchell"};
