@@ -14,6 +14,8 @@ namespace tilecast {
 namespace {
 
 constexpr int kLargestTile = 256;  // pixels
+constexpr size_t kLargestCopied = size_t(1) << 20;  // values
+constexpr size_t kCopies = 16;
 constexpr float kBrightest = 1e30f;
 constexpr size_t kMostPixels = size_t(1) << 25;
 constexpr const char* kAddress = "tilecast:pixels";
@@ -73,6 +75,7 @@ OIIO::ImageCache& image_cache() {
 // several images in turn, so each of them has a memory of its own in each thread, or shares it with few others.
 class ThreadMemories {
  public:
+  ThreadMemories() : thread(count_++) {}
   ~ThreadMemories() {
     for (OIIO::TextureSystem::Perthread* memory : memories_)
       if (memory) texture_system().destroy_thread_info(memory);
@@ -83,14 +86,16 @@ class ThreadMemories {
     return texture_system().get_perthread_info(memory);
   }
 
+  const uint32_t thread;  // its number
+
  private:
+  inline static std::atomic<uint32_t> count_{0};
   OIIO::TextureSystem::Perthread* memories_[64] = {};
 };
 
 class InTextureSystem : public Texels {
  public:
-  explicit InTextureSystem(Pixels pixels)
-      : pixels_(std::move(pixels)), number_(next_number()), name_("tilecast:" + std::to_string(number_)) {
+  explicit InTextureSystem(Pixels pixels) : pixels_(std::move(pixels)), number_(next_number()) {
     for (int c = 0; c < 3; ++c) {
       const int channel = pixels_.channels == 1 ? 0 : c;
       least[c] = most[c] = pixels_.values[channel];
@@ -102,12 +107,17 @@ class InTextureSystem : public Texels {
     OIIO::ImageSpec config;
     const void* address = &pixels_;
     config.attribute(kAddress, OIIO::TypeDesc::PTR, &address);
-    image_cache().add_file(name_, make_from_memory, &config);
-    handle_ = texture_system().get_texture_handle(name_);
-    if (!handle_ || !texture_system().good(handle_))
-      throw Error("the image cannot be made a texture: " + texture_system().geterror());
+    for (size_t i = 0; i < (pixels_.values.size() <= kLargestCopied ? kCopies : 1); ++i) {
+      const OIIO::ustring& name = names_.emplace_back("tilecast:" + std::to_string(number_) + ":" + std::to_string(i));
+      image_cache().add_file(name, make_from_memory, &config);
+      handles_.push_back(texture_system().get_texture_handle(name));
+      if (!handles_.back() || !texture_system().good(handles_.back()))
+        throw Error("the image cannot be made a texture: " + texture_system().geterror());
+    }
   }
-  ~InTextureSystem() override { image_cache().invalidate(name_, true); }
+  ~InTextureSystem() override {
+    for (OIIO::ustring name : names_) image_cache().invalidate(name, true);
+  }
   InTextureSystem(const InTextureSystem&) = delete;
   InTextureSystem& operator=(const InTextureSystem&) = delete;
 
@@ -121,8 +131,9 @@ class InTextureSystem : public Texels {
     options.interpmode = OIIO::TextureOpt::InterpBilinear;
     float found[3] = {0.0f, 0.0f, 0.0f};
     thread_local ThreadMemories memories;
-    texture_system().texture(handle_, memories.of(number_), options, static_cast<float>(st.x),
-                             static_cast<float>(1.0 - st.y), 0.0f, 0.0f, 0.0f, 0.0f, pixels_.channels, found);
+    texture_system().texture(handles_[memories.thread % handles_.size()], memories.of(number_), options,
+                             static_cast<float>(st.x), static_cast<float>(1.0 - st.y), 0.0f, 0.0f, 0.0f, 0.0f,
+                             pixels_.channels, found);
     if (pixels_.channels == 1) found[1] = found[2] = found[0];
     return {found[0], found[1], found[2]};
   }
@@ -147,8 +158,10 @@ class InTextureSystem : public Texels {
 
   const Pixels pixels_;
   const uint64_t number_;
-  const OIIO::ustring name_;
-  OIIO::TextureSystem::TextureHandle* handle_ = nullptr;
+  // A lookup marks its tile as used, which takes the line from the cores that look up the same one: each thread has a
+  // copy of a small image.
+  std::vector<OIIO::ustring> names_;
+  std::vector<OIIO::TextureSystem::TextureHandle*> handles_;
 };
 
 }  // namespace
