@@ -44,7 +44,7 @@ def test_an_adaptive_job_takes_the_samples_that_the_command_line_takes(server, t
     job = server.reach(server.submit(document), "done")
     assert np.array_equal(exr(server, job, tmp_path), locally(document))
     samples = {tile["samples"] for tile in server.client.get(job["links"]["tiles"]).json()["tiles"]}
-    assert min(samples) < 48 < max(samples) and job["tiles"]["size"] == 16
+    assert min(samples) < 48 < max(samples) and job["tiles"]["size"] == 8
 
 
 def test_statistics_hold_all_that_is_promised(server):

@@ -35,7 +35,6 @@ log = structlog.get_logger()
 
 _SAVED_AT_ONCE = 64  # tiles
 _TASK_SECONDS = 0.15  # that a task is meant to take: many chunks are far shorter than the way to a worker and back
-_MOST_CHUNKS = 256  # of a task
 
 
 def job_plan(job: Job) -> Plan:
@@ -68,7 +67,6 @@ class JobWork:
         self._rendering: Rendering | None = None
         self._facts: dict[str, Any] | None = job.facts
         self._prepared = job.facts is not None
-        self._pace: float | None = None  # seconds for one sample of one pixel, as measured last
         self._suspects: deque[Task] = deque()  # were in flight when a worker died
         self._on_trial = 0  # suspects in flight
         self._dirty: set[int] = set()  # tiles that are further than what is stored
@@ -90,19 +88,8 @@ class JobWork:
                 return Task()
             if self._facts is None:  # being compiled
                 return None
-            chunks = self._some_chunks()
+            chunks = self._rendering.next_chunks(_TASK_SECONDS)
             return Task(chunks) if chunks else None
-
-    def _some_chunks(self) -> tuple[Chunk, ...]:
-        """As many as a worker needs `_TASK_SECONDS` for; one, as long as nobody knows."""
-        chunks: list[Chunk] = []
-        seconds = 0.0
-        while len(chunks) < _MOST_CHUNKS and (chunk := self._rendering.next_chunk()) is not None:
-            chunks.append(chunk)
-            seconds += _TASK_SECONDS if self._pace is None else self._pace * _sample_count(chunk)
-            if seconds >= _TASK_SECONDS:
-                break
-        return tuple(chunks)
 
     def _next_suspect(self) -> Task | None:
         # Nothing else of a job under suspicion is handed out: it could cost others their chunks again.
@@ -131,7 +118,6 @@ class JobWork:
                 return
             for chunk, part in zip(task.chunks, result, strict=True):
                 self._take(self._rendering.add(chunk, part))
-            self._pace = sum(part.seconds for part in result) / sum(map(_sample_count, task.chunks))
         for part in result:
             self._listener.counted(part)
         self._listener.news(self)
@@ -320,7 +306,3 @@ class JobWork:
         # In this order: the pixels may be newer than the version says, never older.
         version = rendering.film.tile_version(tile)
         return rendering.film.tile_pixels(tile), version
-
-
-def _sample_count(chunk: Chunk) -> int:
-    return chunk.tile.width * chunk.tile.height * chunk.count

@@ -20,6 +20,8 @@ from .output import encode
 from .plan import Chunk, Tile, make_plan
 from .rendering import ChunkResult, Event, Rendering
 
+_TASK_SECONDS = 0.01  # that a task is meant to take: the way to a thread and back is a hundredth of that
+
 
 @dataclass(frozen=True)
 class Image:
@@ -119,18 +121,19 @@ class _Work:
         self.error: BaseException | None = None
         self.ended = threading.Event()
 
-    def next(self) -> Chunk | None:
-        return None if self.error else self.rendering.next_chunk()
+    def next(self) -> tuple[Chunk, ...] | None:
+        return None if self.error else self.rendering.next_chunks(_TASK_SECONDS) or None
 
-    def submit(self, executor: Executor, chunk: Chunk) -> Future:
-        return executor.submit(render_chunk, self.compiled, chunk)
+    def submit(self, executor: Executor, chunks: tuple[Chunk, ...]) -> Future:
+        return executor.submit(lambda: [render_chunk(self.compiled, chunk) for chunk in chunks])
 
-    def done(self, chunk: Chunk, result: ChunkResult) -> None:
-        for event in self.rendering.add(chunk, result):
-            if self.on_event:
-                self.on_event(event, self.rendering)
+    def done(self, chunks: tuple[Chunk, ...], results: list[ChunkResult]) -> None:
+        for chunk, result in zip(chunks, results, strict=True):
+            for event in self.rendering.add(chunk, result):
+                if self.on_event:
+                    self.on_event(event, self.rendering)
 
-    def failed(self, chunk: Chunk | None, error: BaseException) -> None:
+    def failed(self, chunks: tuple[Chunk, ...] | None, error: BaseException) -> None:
         self.error = self.error or error
         self.ended.set()
 

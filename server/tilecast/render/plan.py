@@ -12,7 +12,7 @@ MOST_IN_RANGE = 1024  # samples; longer chunks would make pausing and retrying c
 _CHUNK_SAMPLES = 2**20  # of a whole chunk: about a second of one core
 _SMALLEST_TILE, _LARGEST_TILE, _MANY_TILES = 16, 128, 64
 _SHORT_CHUNK, _FEWEST_TILES = 2**15, 16  # samples: a few milliseconds where paths are cheap, so that sharing out costs
-_LARGEST_ADAPTIVE, _MOST_ADAPTIVE = 64, 4096
+_SMALLEST_ADAPTIVE, _LARGEST_ADAPTIVE, _MOST_ADAPTIVE = 8, 64, 4096
 
 
 @dataclass(frozen=True)
@@ -117,13 +117,13 @@ class Plan:
 def make_plan(width: int, height: int, samples: int, tile_size: int | None = None, adaptive: bool = False) -> Plan:
     """The plan of an image of width x height pixels with `samples` for each. The tile size only decides how
     the work is cut; without one, it is the largest power of two from 16 to 128 that keeps chunks near a
-    second and leaves some 64 tiles to share out, or 16 where chunks would be short. Adaptive sampling decides by tiles: theirs is the smallest from
-    16 to 64 that makes no more than 4096 of them."""
+    second and leaves some 64 tiles to share out, or 16 where chunks would be short. Adaptive sampling decides by tiles:
+    theirs is the smallest from 8 to 64 that makes no more than 8192 of them."""
     if min(width, height, samples) < 1 or (tile_size is not None and tile_size < 1):
         raise ValueError(f"an image needs at least one pixel, sample and pixel a tile, got {width} x {height}, "
                          f"{samples} samples, tiles of {tile_size}")
     if tile_size is None and adaptive:
-        tile_size = _SMALLEST_TILE
+        tile_size = _SMALLEST_ADAPTIVE
         while tile_size < _LARGEST_ADAPTIVE and Plan(width, height, samples, tile_size).count > _MOST_ADAPTIVE:
             tile_size *= 2
     elif tile_size is None:

@@ -21,6 +21,8 @@ Event = dict[str, Any]
 
 _log = logging.getLogger(__name__)
 
+_MOST_CHUNKS = 256  # that are handed out together
+
 
 @dataclass
 class ChunkResult:
@@ -53,6 +55,7 @@ class Rendering:
         self._clock = clock
         self._since = 0.0  # when the first of those in flight went out
         self._seconds = 0.0  # before that
+        self._work, self._worked = 0.0, 0  # seconds of all threads, and what they gave: samples of a pixel
 
     # --- Handing out
 
@@ -66,6 +69,18 @@ class Rendering:
                 self._since = self._clock()
             self._in_flight.add((chunk.tile.index, chunk.range))
         return chunk
+
+    def next_chunks(self, seconds: float) -> tuple[Chunk, ...]:
+        """The next chunks to render, as many as take one thread about so many seconds, by what others took; one, as
+        long as nobody knows. Empty where there is nothing to hand out now."""
+        chunks: list[Chunk] = []
+        samples = 0
+        while len(chunks) < _MOST_CHUNKS and (chunk := self.next_chunk()) is not None:
+            chunks.append(chunk)
+            samples += _samples(chunk)
+            if samples * self._work >= seconds * self._worked:
+                break
+        return tuple(chunks)
 
     def _upcoming(self) -> Chunk | None:
         if self._next is None:
@@ -106,6 +121,8 @@ class Rendering:
         """Takes a result; the events that follow from it: tiles that have changed, points of the error
         curve."""
         self._landed(chunk)
+        self._work += result.seconds
+        self._worked += _samples(chunk)
         events = []
         if self.film.add(chunk, result.sums, result.rays, result.seconds):
             self._rounds.arrived(chunk.tile)
@@ -217,3 +234,7 @@ class Rendering:
             "width": self.plan.width, "height": self.plan.height, "tile_size": self.plan.tile_size,
             **facts,
         }
+
+
+def _samples(chunk: Chunk) -> int:
+    return chunk.tile.width * chunk.tile.height * chunk.count

@@ -16,19 +16,21 @@ no error larger than that: (I - R)^2 < R^2 + 0.01 where 0 <= I <= R.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from itertools import takewhile
 from typing import Any
 
 import numpy as np
 
-from .allocation import allocate, level_above, next_mean
+from .allocation import allocate, level_above, most_of, next_mean
 from .error import NOISELESS, ErrorEstimate
 from .film import Film
 from .plan import MOST_IN_RANGE, Chunk, Tile
 
 PILOT = 16  # samples
 _LONG_PILOT = 1024  # of an image without noise
+_KNOWN = 60  # samples after which tiles know their own noise, where no rare events carry it: a round to 64 ends short of it
 _DOUBT = 1.5  # times the goal: what the upper end of the interval may be
 _ALL = 63 / 64  # of the samples that tiles may share: what is left is less than a level for most of them
 
@@ -109,7 +111,8 @@ class Rounds:
         if enough or done >= (most * _ALL if self._adaptive else most):
             self.ended = True
             return
-        goals = self._next_goals(next_mean(done, most, None if unsure else short, self._adaptive))
+        known = done >= _KNOWN and point is not None and point["heavy_tailed"] is False
+        goals = self._next_goals(done, None if unsure else short, known)
         if goals == self._goals:  # what is left is less than a level of any tile
             self.ended = True
             return
@@ -123,19 +126,25 @@ class Rounds:
         camera = sum(goal * tile.width * tile.height for goal, tile in zip(self._goals, self._plan.tiles))
         return self.film.rays_after(self._rows).sum() > camera
 
-    def _next_goals(self, mean: int) -> list[int]:
+    def _next_goals(self, before: float, short: float | None, known: bool) -> list[int]:
+        """The samples of each tile at the end of the next round, from their mean `before` it; `short`: how many times too
+        large the error is."""
         plan = self._plan
         if not self._adaptive:
-            return [mean] * len(plan.tiles)
+            return [next_mean(before, plan.samples, short)] * len(plan.tiles)
         shape = plan.rows, plan.columns
         pixels = np.array([tile.width * tile.height for tile in plan.tiles]).reshape(shape)
         done = np.array(self._goals).reshape(shape)
         noise = self.film.relative_sums(self._rows).reshape(shape) * done
         cost = np.maximum(self.film.rays_after(self._rows).reshape(shape) / (pixels * done), 1) ** 2
-        goals = allocate(noise, cost, pixels, done, mean, plan.samples)
+        enough = (noise / done).sum() / most_of(short) if short is not None else 0.0
+        goals = allocate(noise, cost, pixels, done, next_mean(before, plan.samples, None), plan.samples, known, enough)
+        mean = min(math.floor(before * 33 / 32) + 1, plan.samples)  # at least
+        if (goals * pixels).sum() < mean * pixels.sum():
+            goals = np.maximum(goals, allocate(noise, cost, pixels, done, mean, plan.samples, known))
         while (goals == done).all() and mean < plan.samples:  # few tiles: the mean falls between their levels
             mean = min(level_above(mean), plan.samples)
-            goals = allocate(noise, cost, pixels, done, mean, plan.samples)
+            goals = allocate(noise, cost, pixels, done, mean, plan.samples, known)
         return goals.ravel().tolist()
 
     def _new_chunks(self, before: list[int]) -> list[Chunk]:
