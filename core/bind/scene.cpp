@@ -12,14 +12,24 @@ struct Chunk {
   py::tuple rays;
 };
 
-Chunk chunk_of(const Scene& scene, int x, int y, int width, int height, uint32_t first, uint32_t count) {
-  ChunkSums chunk;
+using Samples = std::tuple<int, int, int, int, uint32_t, uint32_t>;  // x, y, width, height, first, count
+
+std::vector<Chunk> chunks_of(const Scene& scene, const std::vector<Samples>& wanted) {
+  std::vector<ChunkSums> found;
   {
     py::gil_scoped_release release;
-    chunk = render_chunk(scene, {x, y, width, height}, first, count);
+    for (const auto& [x, y, width, height, first, count] : wanted)
+      found.push_back(render_chunk(scene, {x, y, width, height}, first, count));
   }
-  return {to_array(std::move(chunk.sums), {2, height, width, 3}),
-          py::make_tuple(chunk.rays.camera, chunk.rays.bounce, chunk.rays.shadow)};
+  std::vector<Chunk> out;
+  for (size_t i = 0; i < found.size(); ++i)
+    out.push_back({to_array(std::move(found[i].sums), {2, std::get<3>(wanted[i]), std::get<2>(wanted[i]), 3}),
+                   py::make_tuple(found[i].rays.camera, found[i].rays.bounce, found[i].rays.shadow)});
+  return out;
+}
+
+Chunk chunk_of(const Scene& scene, int x, int y, int width, int height, uint32_t first, uint32_t count) {
+  return chunks_of(scene, {{x, y, width, height, first, count}})[0];
 }
 
 std::pair<uint64_t, uint64_t> camera_cost_of(const Scene& scene, int x, int y, int width, int height) {
@@ -77,6 +87,9 @@ void bind_scene(py::module_& module) {
       .def_property_readonly("accelerator", &accelerator_of, "kind, nodes, references, bytes and build seconds, all levels together; cost: expected steps and tests of a line.")
       .def("render_chunk", &chunk_of, py::arg("x"), py::arg("y"), py::arg("width"), py::arg("height"), py::arg("first"),
            py::arg("count"), "Samples first .. first + count - 1 of the tile's pixels; (x, y): its top left pixel.")
+      .def("render_chunks", &chunks_of, py::arg("chunks"),
+           "The same of several chunks, one after the other: (x, y, width, height, first, count) each. For short ones, "
+           "which would wait for Python's lock as long as they take.")
       .def("first_hits", &first_hits_of, py::arg("x"), py::arg("y"), py::arg("width"), py::arg("height"), py::arg("samples"),
            "[h, w, 7] float32, what the camera sees first in each pixel of a tile, a mean over its first samples: albedo (red, "
            "green, blue), outward geometric normal (x, y, z: world space), distance in metres; 0 where nothing is hit.")

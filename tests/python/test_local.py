@@ -112,7 +112,7 @@ def test_a_sample_that_is_not_finite_ends_the_render_with_its_place(scene):
     class Failing:
         width, height = 8, 8
 
-        def render_chunk(self, *chunk):
+        def render_chunks(self, chunks):
             raise _core.SampleError("a sample is not finite: pixel (1, 2), sample 3, seed 4")
 
     failing = local.Compiled(Failing(), scene.document, {})

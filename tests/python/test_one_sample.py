@@ -41,6 +41,9 @@ class Failing:
             raise _core.SampleError(PLACE)
         return type("Sums", (), {"sums": np.zeros((2, height, width, 3)), "rays": (0, 0, 0)})
 
+    def render_chunks(self, chunks):
+        return [self.render_chunk(*chunk) for chunk in chunks]
+
 
 def failing_load(source, settings=()):
     return Compiled(Failing(), tilecast.scene.parse(diffuse(8, 8, 8)), {"load": 0, "compile": 0})

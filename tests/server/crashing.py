@@ -23,16 +23,17 @@ def crash() -> None:
 
 
 def dask_setup(_worker: object) -> None:
-    render_chunk, compiled_scene, first_hits = worker.render_chunk, worker._compiled, worker.tile_first_hits
+    render_chunks, compiled_scene, first_hits = worker.render_chunks, worker._compiled, worker.tile_first_hits
 
-    def render(compiled, chunk):
-        if compiled.document.render.seed == CRASHES_IN_ONE_TILE and chunk.tile.index == 3:
+    def render(compiled, chunks):
+        if compiled.document.render.seed == CRASHES_IN_ONE_TILE and any(chunk.tile.index == 3 for chunk in chunks):
             crash()
         if compiled.document.render.seed == NEVER_ENDS:
             threading.Event().wait()
-        if compiled.document.render.seed == NEVER_ENDS_IN_ONE_CHUNK and (chunk.tile.index, chunk.first) == (0, 0):
+        if compiled.document.render.seed == NEVER_ENDS_IN_ONE_CHUNK \
+                and any((chunk.tile.index, chunk.first) == (0, 0) for chunk in chunks):
             threading.Event().wait()
-        return render_chunk(compiled, chunk)
+        return render_chunks(compiled, chunks)
 
     def compile(*arguments):
         compiled = compiled_scene(*arguments)
@@ -45,4 +46,4 @@ def dask_setup(_worker: object) -> None:
             time.sleep(3)
         return first_hits(compiled, tile)
 
-    worker.render_chunk, worker._compiled, worker.tile_first_hits = render, compile, first
+    worker.render_chunks, worker._compiled, worker.tile_first_hits = render, compile, first

@@ -15,7 +15,7 @@ import numpy as np
 
 from tilecast import _core, scene
 from tilecast.jobs.blobs import Blobs, asset_key, scene_key
-from tilecast.render.local import render_chunk, tile_first_hits
+from tilecast.render.local import render_chunks, tile_first_hits
 from tilecast.render.one_sample import with_command
 from tilecast.render.plan import Chunk, Tile
 from tilecast.render.rendering import ChunkResult
@@ -84,7 +84,7 @@ def render(blobs_url: str, digest: str, max_triangles: int, chunks: Sequence[Chu
     """
     compiled = _compiled(blobs_url, digest, max_triangles)
     try:
-        return [render_chunk(compiled, chunk) for chunk in chunks]
+        return render_chunks(compiled, chunks)
     except _core.SampleError as error:
         raise Rejected([("", with_command(error))]) from None
 

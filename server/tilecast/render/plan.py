@@ -42,6 +42,11 @@ class Chunk:
     count: int
     checkpoint: bool = True
 
+    @property
+    def samples(self) -> int:
+        """Over all its pixels."""
+        return self.tile.width * self.tile.height * self.count
+
 
 @dataclass(frozen=True)
 class Plan:

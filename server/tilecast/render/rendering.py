@@ -77,7 +77,7 @@ class Rendering:
         samples = 0
         while len(chunks) < _MOST_CHUNKS and (chunk := self.next_chunk()) is not None:
             chunks.append(chunk)
-            samples += _samples(chunk)
+            samples += chunk.samples
             if samples * self._work >= seconds * self._worked:
                 break
         return tuple(chunks)
@@ -122,7 +122,7 @@ class Rendering:
         curve."""
         self._landed(chunk)
         self._work += result.seconds
-        self._worked += _samples(chunk)
+        self._worked += chunk.samples
         events = []
         if self.film.add(chunk, result.sums, result.rays, result.seconds):
             self._rounds.arrived(chunk.tile)
@@ -234,7 +234,3 @@ class Rendering:
             "width": self.plan.width, "height": self.plan.height, "tile_size": self.plan.tile_size,
             **facts,
         }
-
-
-def _samples(chunk: Chunk) -> int:
-    return chunk.tile.width * chunk.tile.height * chunk.count

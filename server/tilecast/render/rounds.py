@@ -139,7 +139,7 @@ class Rounds:
         cost = np.maximum(self.film.rays_after(self._rows).reshape(shape) / (pixels * done), 1) ** 2
         enough = (noise / done).sum() / most_of(short) if short is not None else 0.0
         goals = allocate(noise, cost, pixels, done, next_mean(before, plan.samples, None), plan.samples, known, enough)
-        mean = min(math.floor(before * 33 / 32) + 1, plan.samples)  # at least
+        mean = min(math.floor(before * 65 / 64) + 1, plan.samples)  # at least
         if (goals * pixels).sum() < mean * pixels.sum():
             goals = np.maximum(goals, allocate(noise, cost, pixels, done, mean, plan.samples, known))
         while (goals == done).all() and mean < plan.samples:  # few tiles: the mean falls between their levels
