@@ -123,7 +123,7 @@ def make_plan(width: int, height: int, samples: int, tile_size: int | None = Non
     """The plan of an image of width x height pixels with `samples` for each. The tile size only decides how
     the work is cut; without one, it is the largest power of two from 16 to 128 that keeps chunks near a
     second and leaves some 64 tiles to share out, or 16 where chunks would be short. Adaptive sampling decides by tiles:
-    theirs is the smallest from 8 to 64 that makes no more than 8192 of them."""
+    theirs is the smallest from 8 to 64 that makes no more than 4096 of them."""
     if min(width, height, samples) < 1 or (tile_size is not None and tile_size < 1):
         raise ValueError(f"an image needs at least one pixel, sample and pixel a tile, got {width} x {height}, "
                          f"{samples} samples, tiles of {tile_size}")
