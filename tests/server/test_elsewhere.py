@@ -13,6 +13,7 @@ import dask
 import numpy as np
 import pytest
 import yaml
+from distributed.comm import CommClosedError
 from servers import exr, locally, long_scene, scene, until
 
 from tilecast.jobs import engine
@@ -72,6 +73,21 @@ def test_a_running_cluster_renders_and_may_lose_everything(cluster, make_server,
     cluster.worker(address)
     server.reach(job, "done")
     assert np.array_equal(exr(server, job, tmp_path), locally(document))
+
+
+def test_a_result_that_is_lost_on_its_way_is_asked_for_again(tmp_path):
+    """As where the worker that holds it, or the scheduler, dies while it is fetched: Dask says so with this error."""
+    def lost_once(seen):
+        if not seen.exists():
+            seen.touch()
+            raise CommClosedError("in <TCP (closed) ConnectionPool.gather>: Stream is closed")
+        return 7
+
+    executor = engine.Engine(None, 1, tmp_path / "dask", stuck_seconds=60.0)
+    try:
+        assert executor.submit(lost_once, tmp_path / "seen").result(timeout=60) == 7
+    finally:
+        executor.shutdown()
 
 
 def test_workers_in_the_compose_file_treat_memory_as_our_own_cluster_does():

@@ -19,6 +19,7 @@ from time import monotonic
 import dask
 import structlog
 from distributed import Client, KilledWorker, LocalCluster, Nanny, Status
+from distributed.comm import CommClosedError
 from distributed.scheduler import DEFAULT_EXTENSIONS
 
 from tilecast.jobs.faults import CannotStart
@@ -113,7 +114,8 @@ class Engine(Executor):
                 error = outcome.exception()
             except CancelledError:
                 error = CancelledError()
-            if isinstance(error, (CancelledError, asyncio.CancelledError)):
+            # The last: the scheduler, or the worker that had the result, was lost while it was fetched.
+            if isinstance(error, (CancelledError, asyncio.CancelledError, CommClosedError)):
                 self._send_later(send)
             elif outer.set_running_or_notify_cancel():
                 if error is None:
