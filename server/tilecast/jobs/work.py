@@ -27,7 +27,7 @@ from tilecast.jobs.task import Listener, Task, finite
 from tilecast.render.display import shown
 from tilecast.render.film import as_float32
 from tilecast.render.output import thumbnail
-from tilecast.render.plan import Chunk, Plan, Tile, make_plan
+from tilecast.render.plan import Plan, Tile, make_plan
 from tilecast.render.rendering import ChunkResult, Rendering
 from tilecast.scene.schema import Stop
 

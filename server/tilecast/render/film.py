@@ -127,7 +127,7 @@ class Film:
         before = self._tiles[tile.index]
         self._tiles[tile.index] = state
         self.tiles_begun += before.ranges == 0 < state.ranges
-        self.samples += tile.width * tile.height * (state.samples - before.samples)
+        self.samples += tile.pixels * (state.samples - before.samples)
         for at in range(len(before.partials), len(state.partials)):
             if at == len(self._at_checkpoint):
                 self._at_checkpoint.append(0)
@@ -213,7 +213,7 @@ class Film:
         """The relative MSE of the tile alone at its last checkpoint; None before there is one. The image's differs from
         the mean over its tiles by what parts of the samples tell of its bias, for which a tile is too small."""
         partials = self._tiles[tile.index].partials
-        return float(error.relative_sums(partials[-1:])[0]) / (tile.width * tile.height) if len(partials) else None
+        return float(error.relative_sums(partials[-1:])[0]) / tile.pixels if len(partials) else None
 
     @property
     def rays(self) -> tuple[int, int, int]:

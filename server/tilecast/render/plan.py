@@ -27,6 +27,11 @@ class Tile:
     height: int
 
     @property
+    def pixels(self) -> int:
+        """How many there are in it."""
+        return self.width * self.height
+
+    @property
     def window(self) -> tuple[slice, slice]:
         """Its rows and columns: image[tile.window] is the tile's part of an image [height, width, ...]."""
         return slice(self.y, self.y + self.height), slice(self.x, self.x + self.width)
@@ -45,7 +50,7 @@ class Chunk:
     @property
     def samples(self) -> int:
         """Over all its pixels."""
-        return self.tile.width * self.tile.height * self.count
+        return self.tile.pixels * self.count
 
 
 @dataclass(frozen=True)

@@ -89,7 +89,7 @@ class Rounds:
 
     def _mean(self, goals: list[int]) -> float:
         tiles = self._plan.tiles
-        total = sum(goal * tile.width * tile.height for goal, tile in zip(goals, tiles))
+        total = sum(goal * tile.pixels for goal, tile in zip(goals, tiles))
         mean = total / (self._plan.width * self._plan.height)
         return int(mean) if mean == int(mean) else mean
 
@@ -123,7 +123,7 @@ class Rounds:
     def _may_have_met_nothing(self, point: Mapping[str, Any]) -> bool:
         if self._target is None or self._target >= 1 or point["relative_mse"] > NOISELESS or self.mean >= _LONG_PILOT:
             return False
-        camera = sum(goal * tile.width * tile.height for goal, tile in zip(self._goals, self._plan.tiles))
+        camera = sum(goal * tile.pixels for goal, tile in zip(self._goals, self._plan.tiles))
         return self.film.rays_after(self._rows).sum() > camera
 
     def _next_goals(self, before: float, short: float | None, known: bool) -> list[int]:
@@ -133,7 +133,7 @@ class Rounds:
         if not self._adaptive:
             return [next_mean(before, plan.samples, short)] * len(plan.tiles)
         shape = plan.rows, plan.columns
-        pixels = np.array([tile.width * tile.height for tile in plan.tiles]).reshape(shape)
+        pixels = np.array([tile.pixels for tile in plan.tiles]).reshape(shape)
         done = np.array(self._goals).reshape(shape)
         noise = self.film.relative_sums(self._rows).reshape(shape) * done
         cost = np.maximum(self.film.rays_after(self._rows).reshape(shape) / (pixels * done), 1) ** 2
@@ -141,7 +141,7 @@ class Rounds:
         goals = allocate(noise, cost, pixels, done, next_mean(before, plan.samples, None), plan.samples, known, enough)
         mean = min(math.floor(before * 65 / 64) + 1, plan.samples)  # at least
         if (goals * pixels).sum() < mean * pixels.sum():
-            goals = np.maximum(goals, allocate(noise, cost, pixels, done, mean, plan.samples, known))
+            goals = allocate(noise, cost, pixels, done, mean, plan.samples, known)
         while (goals == done).all() and mean < plan.samples:  # few tiles: the mean falls between their levels
             mean = min(level_above(mean), plan.samples)
             goals = allocate(noise, cost, pixels, done, mean, plan.samples, known)
