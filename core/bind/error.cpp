@@ -54,7 +54,8 @@ py::array_t<double> to_images(const Planes& planes, const py::array& like) {
 
 void bind_error(py::module_& module) {
   module.attr("ERROR_FLOOR") = kErrorFloor;
-  module.attr("ERROR_SUMS") = kErrorSums;
+  module.attr("ERROR_SUMS_OF_KIND") = static_cast<int>(kSumsOfKind);
+  module.attr("ERROR_SUMS") = static_cast<int>(kErrorSums);
   module.attr("ERROR_PARTIALS") = std::tuple_size_v<ErrorPartials>;
   module.attr("TAIL_BINS") = kTailBins;
   module.def(

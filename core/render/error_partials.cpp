@@ -10,36 +10,83 @@ namespace {
 
 constexpr double kThird = 1.0 / 3;
 
-// The means of some samples' halves, by three times the pixel plus the channel.
+// Some samples' halves, by three times the pixel plus the channel.
 struct Halves {
   const double *even, *odd;
-  double to_a, to_b;
+  double to_even, to_odd;  // from sums to means
 
   Halves(const SampleSums& of, size_t pixels)
-      : even(of.sums), odd(even + kChannels * pixels), to_a(1.0 / ((of.samples + 1) / 2)), to_b(1.0 / (of.samples / 2)) {}
-  double a(size_t at) const { return even[at] * to_a; }
-  double b(size_t at) const { return odd[at] * to_b; }
+      : even(of.sums), odd(even + kChannels * pixels), to_even(1.0 / ((of.samples + 1) / 2)), to_odd(1.0 / (of.samples / 2)) {}
+  double off(size_t at) const { return even[at] * to_even - odd[at] * to_odd; }
 };
+
+// What the square of the halves' difference is multiplied by to tell the variance of their mean.
+double to_variance(int samples) {
+  const double even = (samples + 1) / 2, odd = samples / 2;
+  return even * odd / (double(samples) * samples);
+}
 
 // The mean of all, and v, which estimates its variance, into the three planes from `first` on.
 void moments(const SampleSums& of, Planes& means, Planes& variances, size_t first) {
   const Halves halves(of, means.pixels);
-  const double n_a = (of.samples + 1) / 2, n_b = of.samples / 2, n = of.samples;
-  const double to_mean = 1.0 / n, share = n_a * n_b / (n * n);
+  const double to_mean = 1.0 / of.samples, to_v = to_variance(of.samples);
   for (size_t i = 0, at = 0; i < means.pixels; ++i)
     for (size_t c = 0; c < kChannels; ++c, ++at) {
-      const double off = halves.a(at) - halves.b(at);
+      const double off = halves.off(at);
       means[first + c][i] = (halves.even[at] + halves.odd[at]) * to_mean;
-      variances[first + c][i] = off * off * share;
+      variances[first + c][i] = off * off * to_v;
     }
 }
 
-// Of the variance of the difference of two parts' means, what the mean over both has: of a half of `first` and of `last`
-// samples, the even ones with `odd` = 1 (they are one more where the number is odd), the odd ones with 0.
-double half_share(int first, int last, int odd) {
-  const double n = (first + odd) / 2, m = (last + odd) / 2;
-  return n * m / ((n + m) * (n + m));
-}
+// The root of a sum of squares that cannot overflow (Lawson et al., Basic Linear Algebra Subprograms, 1979).
+class RootOfSquares {
+ public:
+  void add(double x) {
+    if (x > largest_) {
+      sum_ *= (largest_ / x) * (largest_ / x);
+      largest_ = x;
+    }
+    if (x > 0.0) sum_ += (x / largest_) * (x / largest_);
+  }
+  double value() const { return largest_ * std::sqrt(sum_); }
+
+ private:
+  double largest_ = 0.0, sum_ = 0.0;  // of the squares of x / largest
+};
+
+// The sums of one kind of error, by pixels.
+class Told {
+ public:
+  explicit Told(double* out) : out_(out) {}
+
+  void add(double v) {
+    out_[V] += v;
+    out_[VSquares] += v * v;
+  }
+  // d^2 of the first part, of the last, and of both: what each tells of the whole. `fourths`: see `fourth_powers`.
+  void add_parts(double first, double last, double both, double fourths) {
+    const double p = 4 * both * both;
+    out_[P] += p;
+    squares_.add(p);
+    out_[Fourths] += fourths * (first * first + last * last) + (kThird - 2 * fourths) * (first * last + 2 * both * both);
+  }
+  // Where there are no parts, as if noise were normal and of one colour.
+  void add_normal(double v) {
+    const double p = 4 * kThird * v * v;
+    out_[P] += p;
+    squares_.add(p);
+    out_[Fourths] += kThird * v * v;
+  }
+  void finish() { out_[PSquares] = squares_.value(); }
+
+ private:
+  double* out_;
+  RootOfSquares squares_;
+};
+
+// How much the fourth powers of parts of so many samples count beside their products, so that together they have the excess
+// of v^2 / 3 over that of normal noise: a mean's fourth cumulant is as much smaller as its samples are more, cubed.
+double fourth_powers(double first, double last) { return first * last / (3.0 * (first + last) * (first + last)); }
 
 }  // namespace
 
@@ -49,79 +96,67 @@ ErrorPartials error_partials(int height, int width, const SampleSums& all, const
   const size_t planes = kChannels * (split ? 3 : 1);
   Planes means(height, width, planes), variances(height, width, planes);
   moments(all, means, variances, 0);
-  const size_t pixels = means.pixels;
-  ErrorPartials out = previous.value_or(ErrorPartials{});
-  for (int at : {0, 3, 9, 10}) out[at] = 0.0;
-
-  if (!split) {
-    const Planes weights = error_weights(means, variances);
-    for (size_t i = 0; i < pixels; ++i) {
-      double v = 0.0, relative = 0.0;
-      for (size_t c = 0; c < kChannels; ++c) {
-        v += variances[c][i] * kThird;
-        relative += variances[c][i] * weights[c][i] * kThird;
-      }
-      out[0] += v;
-      out[3] += relative;
-      out[9] += v * v;
-      out[10] += relative * relative;
-    }
-    if (!previous) {
-      out[1] = 4.0 / 3 * out[9];
-      out[2] = out[0];
-      out[4] = 4.0 / 3 * out[10];
-      out[5] = out[3];
-    }
-  } else {
-    const int first = parts->first.samples, last = parts->last.samples;
+  if (split) {
     moments(parts->first, means, variances, kChannels);
     moments(parts->last, means, variances, 2 * kChannels);
+  }
+  const size_t pixels = means.pixels;
+  const Planes weights = error_weights(means, variances);
+  ErrorPartials out = previous.value_or(ErrorPartials{});
+  for (int kind : {0, 1}) std::fill_n(&out[kind * kSumsOfKind], split || !previous ? kSumsOfKind : Fourths, 0.0);
+  Told squared(&out[0]), relative(&out[kSumsOfKind]);
+
+  for (size_t i = 0; i < pixels; ++i) {
+    double v = 0.0, v_relative = 0.0;
+    for (size_t c = 0; c < kChannels; ++c) {
+      v += variances[c][i] * kThird;
+      v_relative += variances[c][i] * weights[c][i] * kThird;
+    }
+    squared.add(v);
+    relative.add(v_relative);
+    if (split || previous) continue;
+    squared.add_normal(v);
+    relative.add_normal(v_relative);
+  }
+  if (split) {
+    const int first = parts->first.samples, last = parts->last.samples;
     const Halves before(parts->first, pixels), in(parts->last, pixels);
-    const Planes weights = error_weights(means, variances);
-    const double to_a = half_share(first, last, 1), to_b = half_share(first, last, 0);
-    const double to_both = std::sqrt(to_a * to_b) * kThird;
     // Scaled by their samples, so that both estimate the variance of the whole.
     const double of_first = double(first) / all.samples, of_last = double(last) / all.samples;
+    const double to_first = of_first * kThird, to_last = of_last * kThird;
+    const double to_both = std::sqrt(to_first * to_variance(first) * to_last * to_variance(last));
+    const double fourths = fourth_powers(first, last);
     Planes tails(height, width, 2);  // as the first part tells them, and the last
-    std::fill_n(out.begin() + 1, 2, 0.0);
-    std::fill_n(out.begin() + 4, 4, 0.0);
+    double others = 0.0, same = 0.0;
     for (size_t i = 0; i < pixels; ++i) {
-      double product = 0.0, relative_product = 0.0, all_channels = 0.0, relative = 0.0;
+      double told[3] = {}, told_relative[3] = {};  // by the first, the last, both
       for (size_t c = 0; c < kChannels; ++c) {
-        const double v = variances[c][i], v_first = variances[3 + c][i], v_last = variances[6 + c][i];
+        const double v_first = variances[3 + c][i], v_last = variances[6 + c][i];
         const double weight = weights[c][i], by_first = weights[3 + c][i], by_last = weights[6 + c][i];
         const size_t at = i * kChannels + c;
-        const double a = before.a(at) - in.a(at), b = before.b(at) - in.b(at);
-        const double square = a * a * to_a + b * b * to_b, both = a * b * to_both;
-        const double crossed = 0.5 * (by_first + by_last);
-        all_channels += v;
-        relative += v * weight;
-        out[2] += square;
-        out[5] += square * crossed;
-        out[6] += v_first * by_last + v_last * by_first;
-        out[7] += (v_first + v_last) * weight;
-        product += both;
-        relative_product += both * crossed;
-        tails[0][i] += v_first * weight;
-        tails[1][i] += v_last * weight;
+        const double by_parts[3] = {v_first * to_first, v_last * to_last, before.off(at) * in.off(at) * to_both};
+        for (int k = 0; k < 3; ++k) {
+          told[k] += by_parts[k];
+          told_relative[k] += by_parts[k] * (by_first + by_last) * 0.5;
+        }
+        others += v_first * by_last + v_last * by_first;
+        same += (v_first + v_last) * weight;
+        tails[0][i] += v_first * to_first * weight;
+        tails[1][i] += v_last * to_last * weight;
       }
-      all_channels *= kThird;
-      relative *= kThird;
-      out[0] += all_channels;
-      out[1] += product * product;
-      out[3] += relative;
-      out[4] += relative_product * relative_product;
-      out[9] += all_channels * all_channels;
-      out[10] += relative * relative;
-      tails[0][i] *= of_first * kThird;
-      tails[1][i] *= of_last * kThird;
+      squared.add_parts(told[0], told[1], told[2], fourths);
+      relative.add_parts(told_relative[0], told_relative[1], told_relative[2], fourths);
     }
-    for (int at : {2, 5}) out[at] *= kThird / 4;
-    for (int at : {6, 7}) out[at] *= kThird * of_first * of_last;
+    out[kFromOthers] = others * kThird * of_first * of_last;
+    out[kFromSame] = same * kThird * of_first * of_last;
     const TailPartials histograms = tail_partials({tails[0], pixels}, {tails[1], pixels});
     std::copy(histograms.begin(), histograms.end(), out.begin() + kErrorSums);
   }
-  out[8] = out[3] / std::sqrt(double(all.samples));
+  if (split || !previous) {
+    squared.finish();
+    relative.finish();
+  }
+  out[kBySamples] = out[kSumsOfKind + V] / std::sqrt(double(all.samples));
   return out;
 }
 

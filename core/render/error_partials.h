@@ -9,9 +9,11 @@
 
 namespace tilecast {
 
-// Of the squared error and of the relative one: v, and as its parts tell it (a . b)^2 and (a^2 + b^2) / 4; then the
-// relative one with R from other samples, from the same, and over sqrt(n); and v^2 of both.
-inline constexpr int kErrorSums = 11;
+// Sums over pixels, of the squared error and again of the relative one. Of a pixel: v; p, the product of what two parts of
+// the samples tell of it, and the root of the sum of p^2; and what stands for v^2 / 3 by the parts.
+enum ErrorSum { V, VSquares, Fourths, P, PSquares, kSumsOfKind };
+// Then the relative error with R from other samples, from the same, and over sqrt(n).
+enum { kFromOthers = 2 * kSumsOfKind, kFromSame, kBySamples, kErrorSums };
 using ErrorPartials = std::array<double, kErrorSums + std::tuple_size_v<TailPartials>>;
 
 struct SampleSums {

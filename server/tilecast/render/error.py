@@ -14,25 +14,30 @@ noise; the other finds it from other samples than v, and comes out too high, as 
 The 95% interval is for the true error of this very image, (I - R)^2 averaged, R being the exact image; where nA = nB,
 (I - R)^2 - v is the product of the two halves' errors, (A - R)(B - R). So the difference has no bias, and as the two
 are independent its variance, averaged over 3 channels, is tr(S^2) / 9, S being the covariance of A's channels, and of
-B's. R is not needed for that: let A1 and A2 be what the samples before a power of two and those from it on make of A, and
-B1 and B2 of B: the last one that at least half as many came after. Then a = A1 - A2 and b = B1 - B2, scaled to the
-variance of A and of B, have the expectation 0, and (a . b / 3)^2 that of tr(S^2) / 9, whatever the distribution, long
-tails included. Pixels are independent, so the variances add up. What the two parts tell is taken as a fraction of the error that they tell, the mean of
-(a^2 + b^2) / 4: low-discrepancy samples have less error together than so many independent ones. The interval is
-mse exp(+-1.96 s), with that fraction's root for s: as that of a quotient of variances, it is nearly symmetric on the
-logarithmic axis on which errors are drawn. Two or three samples have no such parts; there S comes from v, as if noise
-were normal and of one colour: E[v^2] = 3/4 tr(S^2) / 9. Nothing here asks the samples of one half to be independent.
-Where rare events carry the error the two parts meet few of them in the same pixel, or none, and their products say
-that all is known. What says how many events there were is v^2, so there the interval is at least as wide as by v^2; and
-elsewhere it is as wide where the products tell less than a quarter of that.
+B's. Pixels are independent, so the variances add up. R is not needed for them: were noise normal and of one colour, the
+expectation of v^2 would be 3/4 tr(S^2) / 9. By how much it is not is told by two parts of the samples: those before a power
+of two, and those from it on (the last that at least half as many came after). What each makes of D, D1 = A1 - B1 and D2 =
+A2 - B2, scaled so that the square estimates the variance of I, makes p = (2 D1 . D2 / 3)^2, whose expectation is tr(S^2) / 9
+for independent samples of any distribution, long tails included; and a mean of D1^4, D2^4, D1^2 D2^2 and (D1 . D2)^2 with
+the weights by which it is a third of v^2, for normal noise of any colours and for independent samples of any fourth
+cumulant. So tr(S^2) / 9 is v^2 / 3 times the sum of p over that of these means. With p alone the interval would be too wide
+where the noise of some pixels falls faster with the samples than that of others, as low-discrepancy points make it: each
+part has half of them, and shows more of that noise than is left in the whole.
 
-What is wrong with it: the noise of the parts, of half as many samples, lies in fewer pixels than that of the whole where
-low-discrepancy points make smooth pixels clean first, and so the interval of `mse` is an eighth too wide in two of the
-example scenes (4,000 renders of 36 rows: the truth is in 97.3% of them for lens, in 96.3% for cornell); and where few
-pixels carry the noise, the deviation itself is known to a quarter, which leaves 93% for drilled-part-brass.
+The interval is mse exp(+-1.96 s), s being the deviation as a part of `mse`: as that of a quotient of variances, it is nearly
+symmetric on the logarithmic axis on which errors are drawn. Where few pixels carry the noise, s^2 itself is known but
+badly, and Student's distribution makes the interval wider, with as many degrees of freedom as the sum of p has (its
+variance from the pixels' own p^2, of which 8/9 is variance where noise is normal; F. E. Satterthwaite, An Approximate
+Distribution of Estimates of Variance Components, 1946).
 
-Images of few pixels are covered less often, since the deviation is itself known from so many: 59% of single pixels, 80%
-of 2 x 2, 90% of 4 x 4, 94% of 8 x 8.
+Two or three samples have no such parts; there noise is taken for normal and of one colour. Where rare events carry the error
+the two parts meet few of them in the same pixel, or none, and their products say that all is known. What says how many
+events there were is v^2, so there the interval is at least as wide as by v^2 / 3; and elsewhere it is as wide where the
+products tell less than a quarter of that.
+
+It holds the truth of 94% to 96% of the renders of eight example scenes, and of 97% for lens (36 rows, 64 samples a pixel;
+`scenes/RESULTS.md`). Images of few pixels are covered less often, since the deviation is itself known from so many: 74% of
+single pixels, 91% of 2 x 2, 94% of 4 x 4.
 
 `low` and `high` are those of `relative_mse`, in the same way; its bias, which falls with the noise, counts as
 0.3 / sqrt(n) of it in the standard deviation: see `scenes/RESULTS.md` for what it is.
@@ -54,10 +59,11 @@ from . import tails
 PARTIALS = _core.ERROR_PARTIALS  # numbers that a tile contributes: sums over its pixels, and what `tails` needs
 NOISELESS = 1e-24  # the relative MSE that rounding alone may leave
 FLOOR = _core.ERROR_FLOOR  # added to R^2, so that black pixels count
+_KIND = _core.ERROR_SUMS_OF_KIND  # first those of the squared error, then those of the relative one
 _SUMS = _core.ERROR_SUMS
 _BIAS = 0.3  # of the relative error, as a part of it, times sqrt(n): root mean square over example scenes
 _LARGEST = 2.0  # deviation that there is: of one pixel, whose two parts have one channel each
-_SHARED = 4.0  # times the deviation by products: more by v^2 says that the parts share too few noisy pixels
+_SHARED = 4.0  # times the deviation by p: more by v^2 says that the parts share too few noisy pixels
 NORMAL_95 = 1.959963984540054  # standard deviations either side of the mean that hold 95% of normal figures
 
 tile_partials = _core.error_partials
@@ -83,22 +89,20 @@ class ErrorEstimate:
 
 def relative_sums(partials: np.ndarray) -> np.ndarray:
     """The relative squared error of each tile, summed over its pixels; from float64 [tiles, PARTIALS]."""
-    return partials[:, 3]
+    return partials[:, _KIND]
 
 
 def estimate(partials: np.ndarray, pixels: int) -> ErrorEstimate:
     """The estimate of an image of so many pixels from its tiles' partials, float64 [tiles, PARTIALS]."""
-    (square, square_products, squares, relative, products, parts, others, same, by_samples, of_squares,
-     of_relative) = (math.fsum(column) for column in partials.T[:_SUMS])
-    bias = _BIAS * by_samples / relative if relative > 0 else 0.0
-    share = tails.tail_share(partials[:, _SUMS:].sum(axis=0)) if relative > NOISELESS * pixels else None
+    squared, relative = partials[:, :_KIND], partials[:, _KIND:2 * _KIND]
+    others, same, by_samples = (math.fsum(column) for column in partials.T[2 * _KIND:_SUMS])
+    total = math.fsum(relative[:, 0])
+    share = tails.tail_share(partials[:, _SUMS:].sum(axis=0)) if total > NOISELESS * pixels else None
     heavy_tailed = None if share is None else share > tails.HEAVY
-    floors = [_by_squares(square, of_squares), _by_squares(relative, of_relative)]
-    if others > 0 and same > 0:
-        relative *= math.sqrt(others / same)
-    trusted = 1.0 if heavy_tailed else _SHARED
-    return ErrorEstimate(*_interval(square, square_products, squares, pixels, floors[0], trusted),
-                         *_interval(relative, products, parts, pixels, floors[1], trusted, bias), heavy_tailed, share)
+    bias = _BIAS * by_samples / total if total > 0 else 0.0
+    less = math.sqrt(others / same) if others > 0 and same > 0 else 1.0
+    return ErrorEstimate(*_interval(squared, pixels, heavy_tailed), *_interval(relative, pixels, heavy_tailed, less, bias),
+                         heavy_tailed, share)
 
 
 def weight(mean: np.ndarray, variance: np.ndarray) -> np.ndarray:
@@ -124,20 +128,33 @@ def variance(sums: np.ndarray, samples: int) -> np.ndarray:
     return (sums[0] / even - sums[1] / odd) ** 2 * (even * odd / samples**2)
 
 
-def _by_squares(total: float, squares: float) -> float:
-    """The deviation of the mean of v, as a part of it, from the sums of v and of v^2."""
-    return math.sqrt(4 / 3 * squares) / total if total > 0 else 0.0
+def _deviation(sums: np.ndarray, heavy_tailed: bool | None) -> float:
+    """That of log(true error) from log(estimate), to be taken for normal; from float64 [tiles, _KIND], of which the total
+    is not 0."""
+    v, squares, fourths, products, _ = (math.fsum(column) for column in sums.T)
+    by_squares = math.sqrt(4 / 3 * squares) / v
+    deviation = 0.0 if fourths > 0 else _LARGEST
+    if products > 0 and fourths > 0:
+        freedom = 9 / 4 / math.fsum((sums[:, 4] / products) ** 2)
+        deviation = by_squares * math.sqrt(products / fourths) / 2 * _student(freedom)
+    if by_squares > (1.0 if heavy_tailed else _SHARED) * deviation:
+        deviation = by_squares
+    return min(deviation, _LARGEST)
 
 
-def _interval(total: float, products: float, parts: float, pixels: int, by_squares: float, trusted: float,
+def _student(freedom: float) -> float:
+    """By how much Student's t is wider than a normal figure, at 95% (Abramowitz and Stegun, 26.7.5)."""
+    z, of = NORMAL_95, 1 / freedom
+    return 1 + of * (z**2 + 1) / 4 + of**2 * (5 * z**4 + 16 * z**2 + 3) / 96
+
+
+def _interval(sums: np.ndarray, pixels: int, heavy_tailed: bool | None, less: float = 1.0,
               bias: float = 0.0) -> tuple[float, float, float]:
-    """The mean over the pixels of what adds up to `total`, and its interval: `products` is the variance of `parts`,
-    `by_squares` the deviation by v^2, which counts where it is more than `trusted` times theirs; `bias` is another one.
-    All are parts of the mean."""
+    """The mean over the pixels of one kind of error, float64 [tiles, _KIND], times `less`; and its interval. `bias` is another
+    deviation, a part of the mean like the others."""
+    total = math.fsum(sums[:, 0])
+    mean = total * less / pixels
     if not total > 0:
-        return total, total, total
-    deviation = math.sqrt(products) / parts if parts > 0 else _LARGEST
-    if by_squares > trusted * deviation:
-        deviation = min(by_squares, _LARGEST)
-    width = NORMAL_95 * math.hypot(deviation, bias)
-    return total / pixels, total / pixels * math.exp(-width), total / pixels * math.exp(width)
+        return mean, mean, mean
+    width = NORMAL_95 * math.hypot(_deviation(sums, heavy_tailed), bias)
+    return mean, mean * math.exp(-width), mean * math.exp(width)

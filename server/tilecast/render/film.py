@@ -17,7 +17,7 @@ from .. import _core
 from . import error
 from .plan import MOST_IN_RANGE, Chunk, Plan, Tile
 
-_FORMAT = 8  # of saved tiles, and of the way in which adaptive rounds decide: others do not fit it
+_FORMAT = 9  # of saved tiles, and of the way in which adaptive rounds decide: others do not fit it
 MOST_FLOAT = float(np.finfo(np.float32).max)
 
 
