@@ -31,7 +31,7 @@ RESULTS = FOLDER / "RESULTS.md"
 SCENES = {
     "time": ("cornell", "drilled-part-brass", "drilled-part-glass", "lens", "solids", "terrain", "whitted"),
     "calibration": ("cornell", "drilled-part-brass", "drilled-part-glass", "lens", "nested-glass", "whitted",
-                    "materials", "solids", "environment"),
+                    "many-lights", "menger", "csg-of-meshes", "materials", "solids", "environment"),
     "adaptive": ("cornell", "csg-of-meshes", "drilled-part-brass", "drilled-part-glass", "ellipsoids", "lens", "many-lights",
                  "menger", "nested-glass", "textured", "whitted")}
 HEIGHT, CALIBRATED, ADAPTIVE = 96, 36, 240  # pixels; the width keeps the scene's shape

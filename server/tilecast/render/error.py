@@ -35,7 +35,7 @@ the two parts meet few of them in the same pixel, or none, and their products sa
 events there were is v^2, so there the interval is at least as wide as by v^2 / 3; and elsewhere it is as wide where the
 products tell less than a quarter of that.
 
-It holds the truth of 94% to 96% of the renders of eight example scenes, and of 97% for lens (36 rows, 64 samples a pixel;
+It holds the truth of 94% to 96% of the renders of ten example scenes, and of 97% for lens (36 rows, 64 samples a pixel;
 `scenes/RESULTS.md`). Images of few pixels are covered less often, since the deviation is itself known from so many: 74% of
 single pixels, 91% of 2 x 2, 94% of 4 x 4.
 

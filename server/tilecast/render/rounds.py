@@ -85,13 +85,12 @@ class Rounds:
     @property
     def mean(self) -> float:
         """Samples of a pixel at the end of the round, on average."""
-        return self._mean(self._goals)
-
-    def _mean(self, goals: list[int]) -> float:
-        tiles = self._plan.tiles
-        total = sum(goal * tile.pixels for goal, tile in zip(goals, tiles))
-        mean = total / (self._plan.width * self._plan.height)
+        mean = self._samples() / (self._plan.width * self._plan.height)
         return int(mean) if mean == int(mean) else mean
+
+    def _samples(self) -> int:
+        """Of the whole image at the end of the round."""
+        return sum(goal * tile.pixels for goal, tile in zip(self._goals, self._plan.tiles))
 
     def points(self, drawn: int) -> Iterator[tuple[float, ErrorEstimate]]:
         """The points of the error curve from the number `drawn` on that this round, or its beginning, has reached:
@@ -123,8 +122,7 @@ class Rounds:
     def _may_have_met_nothing(self, point: Mapping[str, Any]) -> bool:
         if self._target is None or self._target >= 1 or point["relative_mse"] > NOISELESS or self.mean >= _LONG_PILOT:
             return False
-        camera = sum(goal * tile.pixels for goal, tile in zip(self._goals, self._plan.tiles))
-        return self.film.rays_after(self._rows).sum() > camera
+        return self.film.rays_after(self._rows).sum() > self._samples()  # more than those of the camera
 
     def _next_goals(self, before: float, short: float | None, known: bool) -> list[int]:
         """The samples of each tile at the end of the next round, from their mean `before` it; `short`: how many times too
