@@ -39,8 +39,8 @@ def _references(references: dict[str, Any], points: Sequence[dict[str, Any]]) ->
         text += f"; relative MSE of their mean {figure(references['relative_mse'])}, which biases no MSE below"
         best = min(point["relative_mse"]["mean"] for point in points)
         if references["relative_mse"] > best:
-            text += ", but the relative ones: it is no better than the images; give references more samples"
-        return text
+            return text + ", but the relative ones: it is no better than the images; give references more samples"
+        return text + f", and the relative ones by some {references['relative_bias']:.1%} at most"
     return f"{text}; a single one, so that its own error is part of every figure below"
 
 

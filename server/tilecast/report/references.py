@@ -6,10 +6,12 @@ references are: in (d - e1)(d - e2) = d^2 - d e1 - d e2 + e1 e2 all but the firs
 widens the scatter.
 
 The relative error is mean((I - R1)(I - R2) f(M)) with f(r) = 1 / (r^2 + 0.01) and M = (R1 + R2) / 2 in place of R,
-and that does have a bias. Where an image has the error s^2 and each reference v, the expectation to second order in
-the references' noise is s^2 f(R) + f''(R) (s^2 v / 4 + v^2 / 4): the first from the curvature of f, the second from
-the noise that numerator and denominator share. As |f''| <= 6 f^2, the fraction is at most 3/2 v f(R) (1 + v / s^2).
-With references of a relative error of 1e-4 that are better than the image it is below 0.03%.
+and that has a bias. Where an image has the error s^2 and each reference v, the expectation to second order in the
+references' noise is s^2 f(R) + f''(R) (s^2 v / 4 + v^2 / 4): the first from the curvature of f, the second from
+the noise that numerator and denominator share. Where R is not black f is convex, and the first is taken away: v / 4 is
+(R1 - R2)^2 / 8 on average, and f(M) is divided by 1 + f''(M) v / 4 f(M), which is right to the same order and cannot go below
+0. Of what noisy references leave, the part that this takes from their own error tells the size: their error lies where the
+bias does. By 512 samples each it is 14% in many-lights, where the bias was 11% and is 5%, and 1% to 2% in most scenes.
 
 Of a single reference, (I - R1)^2 is the error of the image and that of the reference together.
 """
@@ -44,7 +46,9 @@ class References:
         self.first, self.second = (np.asarray(image, np.float64) for image in (images[0], images[-1]))
         self.independent = len(images) == 2
         self.seeds = tuple(seeds)
-        self.weight = 1 / (((self.first + self.second) / 2) ** 2 + FLOOR)
+        mean, self._square = (self.first + self.second) / 2, (self.first - self.second) ** 2 / 4
+        self._plain = 1 / (mean**2 + FLOOR)
+        self.weight = self._plain / (1 + np.maximum(self._plain * (4 * mean**2 * self._plain - 1) * self._square, 0))
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -64,11 +68,13 @@ class References:
         return any(np.array_equal(pixels, reference) for reference in (self.first, self.second))
 
     def own_error(self) -> dict[str, float] | None:
-        """The MSE and relative MSE of the mean of the two; None for a single one, which cannot tell."""
+        """Of the mean of the two: MSE and relative MSE, and relative_bias, what part of a relative MSE may be of the
+        references' noise. None for a single one, which cannot tell."""
         if not self.independent:
             return None
-        square = (self.first - self.second) ** 2 / 4
-        return {"mse": float(square.mean()), "relative_mse": float((square * self.weight).mean())}
+        relative, plain = float((self._square * self.weight).mean()), float((self._square * self._plain).mean())
+        return {"mse": float(self._square.mean()), "relative_mse": relative,
+                "relative_bias": 1 - relative / plain if plain > 0 else 0.0}
 
 
 def read_references(paths: Sequence[Path], width: int, height: int, measured: Collection[int] = ()) -> References:
