@@ -118,6 +118,9 @@ void bind_error(py::module_& module) {
       "1 / (R^2 + ERROR_FLOOR) of the pixels of an image whose true one, R, is not known, float64 [k, 3, h, w], from their "
       "means and estimated variances, the same shape. First those over all samples; then those over parts of the "
       "samples, by each of which R is found anew. See core/render/denominators.h.");
+  module.def("error_weight", py::vectorize(error_weight), py::arg("found"), py::arg("variance"),
+             "1 / (R^2 + ERROR_FLOOR) where R is known as `found`, with noise of that variance: of float64 arrays, number by "
+             "number. See core/render/denominators.h.");
   module.def(
       "window_mean",
       [](const Array<double>& images) {

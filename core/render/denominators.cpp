@@ -84,8 +84,7 @@ Planes error_weights(const Planes& means, const Planes& variances) {
       const double found = local[c][i] + own[k][i] * off[plane][i];
       double left = local_variance[c][i] * square(1.0 - own[k][i]);
       if (k > 0) left += square(own[k][i]) * around[plane][i];
-      const double result = 1.0 / (found * found + kErrorFloor);
-      out[plane][i] = result / (1.0 + std::max(result * (4.0 * found * found * result - 1.0) * left, 0.0));
+      out[plane][i] = error_weight(found, left);
     }
   }
   return out;

@@ -17,11 +17,19 @@
 // R was found from another part of the samples.
 #pragma once
 
+#include <algorithm>
+
 #include "render/planes.h"
 
 namespace tilecast {
 
 inline constexpr double kErrorFloor = 0.01;  // added to R^2, so that black pixels count
+
+// 1 / (R^2 + 0.01) where R is known as `found`, with noise of that variance.
+inline double error_weight(double found, double variance) {
+  const double plain = 1.0 / (found * found + kErrorFloor);
+  return plain / (1.0 + std::max(plain * (4.0 * found * found * plain - 1.0) * variance, 0.0));
+}
 
 // 1 / (R^2 + 0.01) of the pixels of a tile, 3 planes for each 3 of the means and estimated variances that are given. First
 // those over all samples; then those over parts of the samples, by each of which R is found anew.

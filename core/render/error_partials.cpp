@@ -60,26 +60,25 @@ class Told {
   explicit Told(double* out) : out_(out) {}
 
   void add(double v) {
-    out_[V] += v;
-    out_[VSquares] += v * v;
+    out_[kV] += v;
+    out_[kVSquares] += v * v;
   }
   // d^2 of the first part, of the last, and of both: what each tells of the whole. `fourths`: see `fourth_powers`.
   void add_parts(double first, double last, double both, double fourths) {
-    const double p = 4 * both * both;
-    out_[P] += p;
-    squares_.add(p);
-    out_[Fourths] += fourths * (first * first + last * last) + (kThird - 2 * fourths) * (first * last + 2 * both * both);
+    add_product(4 * both * both,
+                fourths * (first * first + last * last) + (kThird - 2 * fourths) * (first * last + 2 * both * both));
   }
   // Where there are no parts, as if noise were normal and of one colour.
-  void add_normal(double v) {
-    const double p = 4 * kThird * v * v;
-    out_[P] += p;
-    squares_.add(p);
-    out_[Fourths] += kThird * v * v;
-  }
-  void finish() { out_[PSquares] = squares_.value(); }
+  void add_normal(double v) { add_product(4 * kThird * v * v, kThird * v * v); }
+  void finish() { out_[kPSquares] = squares_.value(); }
 
  private:
+  void add_product(double p, double fourths) {
+    out_[kP] += p;
+    out_[kFourths] += fourths;
+    squares_.add(p);
+  }
+
   double* out_;
   RootOfSquares squares_;
 };
@@ -103,7 +102,8 @@ ErrorPartials error_partials(int height, int width, const SampleSums& all, const
   const size_t pixels = means.pixels;
   const Planes weights = error_weights(means, variances);
   ErrorPartials out = previous.value_or(ErrorPartials{});
-  for (int kind : {0, 1}) std::fill_n(&out[kind * kSumsOfKind], split || !previous ? kSumsOfKind : Fourths, 0.0);
+  const bool told_anew = split || !previous;  // or what parts told at the checkpoint before stays
+  for (int kind : {0, 1}) std::fill_n(&out[kind * kSumsOfKind], told_anew ? kSumsOfKind : kFourths, 0.0);
   Told squared(&out[0]), relative(&out[kSumsOfKind]);
 
   for (size_t i = 0; i < pixels; ++i) {
@@ -114,9 +114,10 @@ ErrorPartials error_partials(int height, int width, const SampleSums& all, const
     }
     squared.add(v);
     relative.add(v_relative);
-    if (split || previous) continue;
-    squared.add_normal(v);
-    relative.add_normal(v_relative);
+    if (told_anew && !split) {
+      squared.add_normal(v);
+      relative.add_normal(v_relative);
+    }
   }
   if (split) {
     const int first = parts->first.samples, last = parts->last.samples;
@@ -152,11 +153,11 @@ ErrorPartials error_partials(int height, int width, const SampleSums& all, const
     const TailPartials histograms = tail_partials({tails[0], pixels}, {tails[1], pixels});
     std::copy(histograms.begin(), histograms.end(), out.begin() + kErrorSums);
   }
-  if (split || !previous) {
+  if (told_anew) {
     squared.finish();
     relative.finish();
   }
-  out[kBySamples] = out[kSumsOfKind + V] / std::sqrt(double(all.samples));
+  out[kBySamples] = out[kSumsOfKind + kV] / std::sqrt(double(all.samples));
   return out;
 }
 

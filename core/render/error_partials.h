@@ -9,9 +9,9 @@
 
 namespace tilecast {
 
-// Sums over pixels, of the squared error and again of the relative one. Of a pixel: v; p, the product of what two parts of
-// the samples tell of it, and the root of the sum of p^2; and what stands for v^2 / 3 by the parts.
-enum ErrorSum { V, VSquares, Fourths, P, PSquares, kSumsOfKind };
+// Sums over pixels, of the squared error and again of the relative one. Of a pixel: v, and v^2; what stands for v^2 / 3 by
+// two parts of the samples; p, the product of what they tell of it, and the root of the sum of p^2.
+enum { kV, kVSquares, kFourths, kP, kPSquares, kSumsOfKind };
 // Then the relative error with R from other samples, from the same, and over sqrt(n).
 enum { kFromOthers = 2 * kSumsOfKind, kFromSame, kBySamples, kErrorSums };
 using ErrorPartials = std::array<double, kErrorSums + std::tuple_size_v<TailPartials>>;

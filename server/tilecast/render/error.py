@@ -100,8 +100,8 @@ def estimate(partials: np.ndarray, pixels: int) -> ErrorEstimate:
     share = tails.tail_share(partials[:, _SUMS:].sum(axis=0)) if total > NOISELESS * pixels else None
     heavy_tailed = None if share is None else share > tails.HEAVY
     bias = _BIAS * by_samples / total if total > 0 else 0.0
-    less = math.sqrt(others / same) if others > 0 and same > 0 else 1.0
-    return ErrorEstimate(*_interval(squared, pixels, heavy_tailed), *_interval(relative, pixels, heavy_tailed, less, bias),
+    factor = math.sqrt(others / same) if others > 0 and same > 0 else 1.0
+    return ErrorEstimate(*_interval(squared, pixels, heavy_tailed), *_interval(relative, pixels, heavy_tailed, factor, bias),
                          heavy_tailed, share)
 
 
@@ -148,12 +148,12 @@ def _student(freedom: float) -> float:
     return 1 + of * (z**2 + 1) / 4 + of**2 * (5 * z**4 + 16 * z**2 + 3) / 96
 
 
-def _interval(sums: np.ndarray, pixels: int, heavy_tailed: bool | None, less: float = 1.0,
+def _interval(sums: np.ndarray, pixels: int, heavy_tailed: bool | None, factor: float = 1.0,
               bias: float = 0.0) -> tuple[float, float, float]:
-    """The mean over the pixels of one kind of error, float64 [tiles, _KIND], times `less`; and its interval. `bias` is another
+    """The mean over the pixels of one kind of error, float64 [tiles, _KIND], times `factor`; and its interval. `bias` is another
     deviation, a part of the mean like the others."""
     total = math.fsum(sums[:, 0])
-    mean = total * less / pixels
+    mean = total * factor / pixels
     if not total > 0:
         return mean, mean, mean
     width = NORMAL_95 * math.hypot(_deviation(sums, heavy_tailed), bias)

@@ -9,9 +9,10 @@ The relative error is mean((I - R1)(I - R2) f(M)) with f(r) = 1 / (r^2 + 0.01) a
 and that has a bias. Where an image has the error s^2 and each reference v, the expectation to second order in the
 references' noise is s^2 f(R) + f''(R) (s^2 v / 4 + v^2 / 4): the first from the curvature of f, the second from
 the noise that numerator and denominator share. Where R is not black f is convex, and the first is taken away: v / 4 is
-(R1 - R2)^2 / 8 on average, and f(M) is divided by 1 + f''(M) v / 4 f(M), which is right to the same order and cannot go below
-0. Of what noisy references leave, the part that this takes from their own error tells the size: their error lies where the
-bias does. By 512 samples each it is 14% in many-lights, where the bias was 11% and is 5%, and 1% to 2% in most scenes.
+(R1 - R2)^2 / 8 on average, and f(M) is divided by 1 + f''(M) v / 4 f(M), as in core/render/denominators, which is right to
+the same order and cannot go below 0. Of what noisy references leave, the part that this takes from their own error tells the
+size: their error lies where the bias does. By 512 samples each it is 14% in many-lights, where the bias was 11% and is 5%,
+and 1% to 2% in most scenes.
 
 Of a single reference, (I - R1)^2 is the error of the image and that of the reference together.
 """
@@ -25,7 +26,6 @@ from pathlib import Path
 import numpy as np
 
 from .. import _core
-from ..render.error import FLOOR
 from ..scene.errors import SceneError
 
 
@@ -46,9 +46,14 @@ class References:
         self.first, self.second = (np.asarray(image, np.float64) for image in (images[0], images[-1]))
         self.independent = len(images) == 2
         self.seeds = tuple(seeds)
-        mean, self._square = (self.first + self.second) / 2, (self.first - self.second) ** 2 / 4
-        self._plain = 1 / (mean**2 + FLOOR)
-        self.weight = self._plain / (1 + np.maximum(self._plain * (4 * mean**2 * self._plain - 1) * self._square, 0))
+        self.weight = _core.error_weight(self._mean(), self._variance())
+
+    def _mean(self) -> np.ndarray:
+        return (self.first + self.second) / 2
+
+    def _variance(self) -> np.ndarray:
+        """Of the mean, estimated for each pixel; 0 for a single reference."""
+        return (self.first - self.second) ** 2 / 4
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -72,8 +77,10 @@ class References:
         references' noise. None for a single one, which cannot tell."""
         if not self.independent:
             return None
-        relative, plain = float((self._square * self.weight).mean()), float((self._square * self._plain).mean())
-        return {"mse": float(self._square.mean()), "relative_mse": relative,
+        square = self._variance()
+        relative = float((square * self.weight).mean())
+        plain = float((square * _core.error_weight(self._mean(), 0.0)).mean())
+        return {"mse": float(square.mean()), "relative_mse": relative,
                 "relative_bias": 1 - relative / plain if plain > 0 else 0.0}
 
 
